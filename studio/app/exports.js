@@ -13,6 +13,9 @@ export function showExports(row, name, kinds, onSave, guarded) {
         const content = () => (made ??= Promise.resolve().then(make).then((value) => {
             button.textContent = `${label} · ${readableSize(value)}`;
             return value;
+        }).catch((error) => {
+            made = null; // the next click tries again
+            throw error;
         }));
         Object.assign(button, {type: "button", id, title, textContent: label});
         button.addEventListener("click", guarded(async () => {

@@ -50,9 +50,15 @@ async function openAndTrain(question, began) {
     await train(settings, null, began);
 }
 
+// Throws a ModelError while a shape is read or trained.
+function demandStage() {
+    const {training} = state;
+    if (training) throw new ModelError(training.live ? "stop the training first" : "wait until the first shape is read");
+}
+
 // Reads a shape and shows it.
 async function showShapeOf(question, {crease = facts.studio.crease}) {
-    if (state.training) throw new ModelError("stop the training first");
+    demandStage();
     say("");
     const size = Math.min(navigator.hardwareConcurrency || 1, MOST_WORKERS);
     const team = new Team(element("worker").textContent, size), before = state.shape;
@@ -84,6 +90,7 @@ async function showShapeOf(question, {crease = facts.studio.crease}) {
 // Trains the shape. chosen: settings of settingsFrom(). start: of trainShape, or null. began: performance.now() from
 // which the seconds count.
 async function train(chosen, start, began) {
+    demandStage();
     const {shape} = state, {read, team} = shape, hasColors = Boolean(read.colors);
     const mine = state.training = {isPaused: false, isStopped: false, paused: 0, live: null};
     const clock = () => (performance.now() - began) / 1000 - mine.paused;
@@ -272,7 +279,7 @@ const guarded = (action) => () => Promise.resolve().then(action).catch((error) =
 
 function wireStudio() {
     element("welcome").hidden = hasOwnModel;
-    openShapesWith(openShapeFiles, filesOfDrop);
+    openShapesWith(openShapeFiles, filesOfDrop, demandStage);
     element("file").multiple = true;
     const choices = Object.entries(facts.studio.presets).map(([value, {label}]) => ({value, label}));
     fillChoices(element("preset"), choices, facts.studio.preset, fillSettings);

@@ -11,8 +11,8 @@ export class Team {
 
     hire(worker) {
         worker.onmessage = ({data: {id, answer, error, isExpected}}) => {
-            const {resolve, reject} = this.waiting.get(id);
-            this.waiting.delete(id);
+            const {resolve, reject} = this.waiting.get(id) ?? {};
+            if (!this.waiting.delete(id)) return; // after a failure
             if (error) reject(new (isExpected ? TrainingError : Error)(error));
             else resolve(answer);
         };

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
 MODEL = moving_model((16, 24))
 SLOW = """
-const {arrayBuffer} = Blob.prototype, {getProgramParameter} = WebGL2RenderingContext.prototype, COMPLETION_STATUS_KHR = 0x91B1;
+const {arrayBuffer} = Blob.prototype, {getProgramParameter} = WebGL2RenderingContext.prototype;
+const COMPLETION_STATUS_KHR = 0x91B1;
 window.isCompiling = false;
 window.isReading = new Promise((resolve) => { window.read = resolve; });
 Blob.prototype.arrayBuffer = async function () {
@@ -29,9 +30,9 @@ WebGL2RenderingContext.prototype.getProgramParameter = function (program, name) 
 };"""
 """Holds the reading of a file, and compilations."""
 FRAMES = """
-const frames = [];
+const frames = [], usual = requestAnimationFrame;
 window.isHeld = false;
-window.requestAnimationFrame = ((usual) => (work) => (window.isHeld ? frames.push(work) : usual.call(window, work)))(requestAnimationFrame);
+window.requestAnimationFrame = (work) => (window.isHeld ? frames.push(work) : usual.call(window, work));
 window.frame = async () => {
     for (const work of frames.splice(0)) work(performance.now());
     for (let i = 0; i < 20; ++i) await null;
@@ -104,8 +105,8 @@ def test_a_turning_shape_is_saved(browser: "Browser", page_file: Path) -> None:
 def test_nothing_is_saved_of_a_lost_context(browser: "Browser", page_file: Path) -> None:
     with visit(browser, page_file, share=0.1) as visited:
         visited.still()
-        downloads = list[object]()
-        visited.page.on("download", lambda download: downloads.append(download))
+        downloads = list[str]()
+        visited.page.on("download", lambda download: downloads.append(download.url))
         visited.page.evaluate("""() => {
             window.extension = document.getElementById("view").getContext("webgl2").getExtension("WEBGL_lose_context");
             window.extension.loseContext();

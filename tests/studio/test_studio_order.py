@@ -1,0 +1,84 @@
+"""The studio where things happen early, late or at once: drops, a lost context, a save that failed."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from mplicits.model.model_file import to_bytes
+from support.browser import Visit, visit
+from support.random_model import random_model
+from support.studio_visit import ball, ready, write_page
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+pytestmark = pytest.mark.slow
+
+LOSE = """() => {
+    window.extension = document.getElementById("view").getContext("webgl2").getExtension("WEBGL_lose_context");
+    window.extension.loseContext();
+}"""
+HELD = """
+const {postMessage} = Worker.prototype, held = [];
+Worker.prototype.postMessage = function (question, ...more) {
+    const ask = () => postMessage.call(this, question, ...more);
+    if (question.name === "read") held.push(ask);
+    else ask();
+};
+window.read = () => held.splice(0).forEach((ask) => ask());"""
+"""Holds the reading of shapes."""
+
+
+def said(visited: Visit, text: str) -> None:
+    """Wait for a message."""
+    visited.page.wait_for_function("text => document.querySelector('#message p').textContent === text", arg=text)
+
+
+def test_a_training_keeps_the_stage(browser: "Browser", tmp_path: Path) -> None:
+    """From other files that are dropped, and through a lost context."""
+    file = write_page(tmp_path / "studio.html", (60, 200_000, 60))
+    with visit(browser, file, size=(500, 400), share=0.1, script=HELD) as visited:
+        page = visited.page
+        ready(visited)
+        visited.drop(ball(), "ball.stl")
+        visited.until("document.getElementById('report').textContent === 'Reading'")
+        visited.drop(ball(), "second.stl")
+        said(visited, "second.stl: wait until the first shape is read")
+        page.evaluate("window.read()")
+        visited.until("document.getElementById('report').textContent.startsWith('Level 2')")
+        visited.until("!document.documentElement.hasAttribute('data-preview')")  # the field is drawn
+        visited.drop(to_bytes(random_model((4, 0), name="other")), "other.safetensors")
+        said(visited, "other.safetensors: stop the training first")
+        assert page.title() == "ball"
+        page.evaluate(LOSE)
+        visited.until("document.documentElement.dataset.state === 'lost'")
+        page.evaluate("window.extension.restoreContext()")
+        visited.until("document.documentElement.dataset.state === 'drawing'")
+        assert visited.message() == ""
+        assert page.locator("#level input").count() == 2
+        page.click("#stop")
+        page.wait_for_selector("#download")
+        visited.still()
+        assert (page.title(), visited.message(), visited.console) == ("ball", "", [])
+
+
+def test_a_save_that_failed_is_tried_again(browser: "Browser", tmp_path: Path) -> None:
+    file = write_page(tmp_path / "studio.html", 60)
+    fail_once = """
+    const {postMessage} = Worker.prototype;
+    window.isBroken = true;
+    Worker.prototype.postMessage = function (question, ...more) {
+        if (question.name === "mesh" && window.isBroken) question = {...question, data: null};
+        return postMessage.call(this, question, ...more);
+    };"""
+    with visit(browser, file, size=(500, 400), share=0.1, script=fail_once) as visited:
+        ready(visited)
+        visited.drop(ball(), "ball.stl")
+        visited.page.wait_for_selector("#download")
+        visited.page.click("#save-ply")
+        visited.page.wait_for_selector("#message:not([hidden])")
+        visited.page.evaluate("() => { window.isBroken = false; }")
+        with visited.page.expect_download() as download:
+            visited.page.click("#save-ply")
+        assert download.value.suggested_filename == "ball.ply"
