@@ -28,7 +28,7 @@ def test_the_image_of_a_mesh_is_upright(browser: "Browser", tmp_path: Path) -> N
         visited.drop(mesh.export(file_type="glb"), "a ball.glb")
         visited.page.click("#pause")
         visited.page.check("#picture input[value=mesh]", force=True)
-        for _ in range(100):
+        for _ in range(3000):
             taken = Image.open(io.BytesIO(visited.page.screenshot())).convert("RGB")
             middle = np.asarray(taken, np.float64)[:, taken.width // 2]
             red, blue = (np.flatnonzero(middle[:, k] > middle[:, 2 - k] + 60) for k in (0, 2))

@@ -60,20 +60,19 @@ def sizes():
     with window.context:
         return [count_objects(address), resident()]
 
-def turn(seconds):
-    pictures, end = 0, time.perf_counter() + seconds
-    while time.perf_counter() < end:
+def turn(count):
+    pictures = 0
+    while pictures < count:
         before = view.camera
         window.step()
         pictures += view.camera != before
         glfw.poll_events()
         time.sleep(0.01)
-    return pictures
 
 view.turntable = True
-turn(4)
+turn(40)
 report["before"] = sizes()
-report["pictures"] = turn(10)
+turn(100)
 report["after"] = sizes()
 """
 
@@ -83,6 +82,5 @@ def test_a_turntable_leaks_nothing(tmp_path: Path, xvfb: dict[str, str]) -> None
     save(random_model((4, 0)), tmp_path / "m.safetensors")
     report = run(TURNTABLE, (64, 48), tmp_path, xvfb)
     (objects, memory), (objects_after, memory_after) = report["before"], report["after"]
-    assert report["pictures"] > 20
     assert objects_after == objects > 10
     assert memory_after - memory < 2 * 2**20

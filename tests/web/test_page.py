@@ -234,6 +234,7 @@ def test_the_page_draws_only_after_changes(opened: Visit) -> None:
         window.draws = 0;
         gl.drawArrays = function (...values) { ++window.draws; return draw.apply(this, values); };
     }"""
+    opened.until("!document.getElementById('status').textContent.includes('trying literals')")  # it draws for that
     opened.page.evaluate(draws)
     opened.page.wait_for_timeout(400)
     assert opened.page.evaluate("window.draws") == 0

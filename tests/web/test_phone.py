@@ -38,6 +38,14 @@ mplicits-view { width: 100%; height: 390px }</style><h2>Text</h2>
 WATCH = """document.querySelector("mplicits-view").addEventListener("poster-dismissed", ({target}) =>
     target.toBlob().then(() => target.setAttribute("data-done", "")));"""
 
+MIDDLE_PIXEL = """(() => {
+    const gl = document.querySelector("canvas").getContext("webgl2"), pixel = new Uint8Array(4);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.readPixels(gl.drawingBufferWidth / 2, gl.drawingBufferHeight / 2, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+    return [...pixel];
+})()"""
+"""The pixel in the middle of a tiny page; before the first picture, black."""
+
 
 @pytest.fixture(params=["chromium", "firefox"])
 def phone(request: "FixtureRequest", tmp_path: Path) -> Iterator[tuple[Path, ExitStack, str]]:
@@ -87,6 +95,8 @@ def turned(phone: Phone, before: Picture, rows: slice) -> float:
     """Drag over the shape, and return the share of the rows' pixels that change."""
     middle = round((rows.start + rows.stop) / 2 / SHARE)
     phone.drag((150, middle), (240, middle + 20))
+    while np.array_equal(phone.picture(), before):  # a slow browser draws later
+        phone.until("new Promise((resolve) => setTimeout(() => resolve(true), 100))")
     return float((np.abs(steady(phone) - before)[rows].max(axis=2) > 24).mean())
 
 
@@ -111,6 +121,7 @@ def test_a_page(phone: tuple[Path, ExitStack, str], request: "FixtureRequest") -
 def test_a_tiny_page(phone: tuple[Path, ExitStack, str], request: "FixtureRequest") -> None:
     tab = opened(phone, request, TARGETS["tiny"](replace(SHAPE, name=NAME), "packed", shade="phong"))
     tab.until("document.querySelector('canvas')?.width === 195")
+    tab.until(f"{MIDDLE_PIXEL}[0] > 100")
     picture = kept(steady(tab), phone, "tiny")
     assert wrong(picture, MIDDLE.start) < 0.02
     assert turned(tab, picture, MIDDLE) > 0.02
