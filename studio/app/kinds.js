@@ -22,7 +22,8 @@ export function kindsOf(shape, result, video) {
     const model = modelOf(result), hash = hashOf(result.bytes.buffer);
     let text = null;
     const shadertoy = async () => (text ??= shadertoyText(model, await hash));
-    const page = async () => pageText(result.bytes, model.ground, facts.shade, await posterOf(renderer, facts.shade));
+    const poster = () => renderer.device.unlessLost(posterOf(renderer, facts.shade));
+    const page = async () => pageText(result.bytes, model.ground, facts.shade, await poster());
     const mesh = (format) => async () => {
         await loadTeam(shape);
         const {bytes} = await shape.team.ask(0, "mesh", {

@@ -200,13 +200,13 @@ async function showResult() {
 
 // Records a turn; the report shows the progress.
 async function recorded() {
-    const {result} = state, line = report;
-    const video = await turntableVideo((share) => {
+    const {result} = state, line = report, isCurrent = () => state.result === result && !state.training;
+    const video = await renderer.device.unlessLost(turntableVideo((share) => {
         update("Recording the video", share);
-        return state.result === result && !state.training ? "" : "stop";
-    });
+        return isCurrent() ? "" : "stop";
+    }));
+    if (isCurrent()) update(line);
     if (!video) throw new ModelError("the recording was stopped");
-    update(line);
     return video;
 }
 

@@ -63,22 +63,23 @@ def test_a_training_keeps_the_stage(browser: "Browser", tmp_path: Path) -> None:
         assert (page.title(), visited.message(), visited.console) == ("ball", "", [])
 
 
-def test_a_save_that_failed_is_tried_again(browser: "Browser", tmp_path: Path) -> None:
-    file = write_page(tmp_path / "studio.html", 60)
-    fail_once = """
-    const {postMessage} = Worker.prototype;
-    window.isBroken = true;
-    Worker.prototype.postMessage = function (question, ...more) {
-        if (question.name === "mesh" && window.isBroken) question = {...question, data: null};
-        return postMessage.call(this, question, ...more);
-    };"""
-    with visit(browser, file, size=(500, 400), share=0.1, script=fail_once) as visited:
+def test_a_video_that_lost_its_context_may_be_recorded_again(browser: "Browser", tmp_path: Path) -> None:
+    recording = "document.getElementById('report').textContent === 'Recording the video'"
+    with visit(browser, write_page(tmp_path / "studio.html", 60), size=(500, 400), share=0.1) as visited:
+        page = visited.page
         ready(visited)
         visited.drop(ball(), "ball.stl")
-        visited.page.wait_for_selector("#download")
-        visited.page.click("#save-ply")
-        visited.page.wait_for_selector("#message:not([hidden])")
-        visited.page.evaluate("() => { window.isBroken = false; }")
-        with visited.page.expect_download() as download:
-            visited.page.click("#save-ply")
-        assert download.value.suggested_filename == "ball.ply"
+        page.wait_for_selector("#download")
+        visited.still()
+        report = page.inner_text("#report")
+        page.click("#save-webm")
+        visited.until(recording)
+        page.evaluate(LOSE)
+        said(visited, "the recording was stopped")
+        assert page.inner_text("#report") == report
+        page.evaluate("window.extension.restoreContext()")
+        visited.still()
+        assert visited.message() == ""
+        page.click("#save-webm")
+        visited.until(recording)
+        assert visited.console == []
