@@ -88,10 +88,10 @@ def test_firefox_keeps_a_record_and_records_a_video(xvfb: dict[str, str], file: 
             (value,) = browser.evaluate("window.done")
             return value
 
-        browser.ask("WebDriver:Navigate", {"url": file.as_uri()})
+        browser.load(file.as_uri())
         assert resolved(KEEP) is True
         video = resolved(VIDEO)
-        browser.ask("WebDriver:Refresh", {})
+        browser.load()
         assert resolved(FOUND) == EXPECTED
     assert isinstance(video, str)
     with av.open(io.BytesIO(base64.b64decode(video)), "r") as container:

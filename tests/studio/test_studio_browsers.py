@@ -47,7 +47,7 @@ def test_firefox_trains_and_saves_a_model(xvfb: dict[str, str], tmp_path: Path) 
     profile.mkdir()
     with firefox(profile, xvfb) as browser:
         browser.ask("WebDriver:SetWindowRect", {"width": 500, "height": 400})
-        browser.ask("WebDriver:Navigate", {"url": file.as_uri()})
+        browser.load(file.as_uri())
         browser.until("'ready' in document.documentElement.dataset")
         browser.choose_file("#file", tmp_path / "a ball.stl")
         browser.until("document.getElementById('download') !== null")

@@ -36,7 +36,8 @@ class Firefox:
         self._socket = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE)
         self._stream = self._socket.makefile("rb")
         self._read()
-        self.ask("WebDriver:NewSession", {})
+        # Firefox never says that a page has loaded which replaces itself before that, as a packed one may.
+        self.ask("WebDriver:NewSession", {"pageLoadStrategy": "none"})
 
     def ask(self, command: str, parameters: dict[str, Any]) -> Any:
         """Return the answer to a command of the protocol. Raises RuntimeError with Firefox's message."""
@@ -47,18 +48,34 @@ class Firefox:
             raise RuntimeError(f"{command}: {error['message']}")
         return result
 
+    def load(self, url: str | None = None) -> None:
+        """Open an address, or the present one anew, and wait until it has loaded."""
+        self.evaluate("void (window.isOld = true)")
+        if url is None:
+            self.ask("WebDriver:Refresh", {})
+        else:
+            self.ask("WebDriver:Navigate", {"url": url})
+        self.until("!window.isOld && document.readyState === 'complete'")
+
     def evaluate(self, expression: str) -> Any:
         """Return the value of a JavaScript expression in the page."""
         parameters = {"script": f"return ({expression});", "args": []}
         return self.ask("WebDriver:ExecuteScript", parameters)["value"]
 
     def until(self, condition: str) -> None:
-        """Wait until a JavaScript expression is true. Raises TimeoutError with the page's text."""
-        end = time.monotonic() + PATIENCE
-        while not self.evaluate(condition):
-            if time.monotonic() > end:
-                raise TimeoutError(f"{condition} after {PATIENCE} s: {self.evaluate('document.body.innerText')}")
+        """Wait until a JavaScript expression is true, also of a page that still loads.
+
+        Raises TimeoutError with the page's text.
+        """
+        end, error = time.monotonic() + PATIENCE, ""
+        while time.monotonic() < end:
+            try:
+                if self.evaluate(condition):
+                    return
+            except RuntimeError as failure:  # a document that has just begun, or ended
+                error = str(failure)
             time.sleep(0.2)
+        raise TimeoutError(f"{condition} after {PATIENCE} s: {error} {self.evaluate('document.body.innerText')}")
 
     def choose_file(self, selector: str, path: Path) -> None:
         """Choose a file in an input."""

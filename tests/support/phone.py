@@ -116,6 +116,6 @@ def phone_firefox(path: Path, profile: Path) -> Iterator[Phone]:
             pytest.skip(str(error))
         tab = stack.enter_context(firefox(profile, environment, PREFERENCES))
         tab.ask("WebDriver:SetWindowRect", {"x": 0, "y": 0, "width": 800, "height": 1000})
-        tab.ask("WebDriver:Navigate", {"url": host.as_uri()})
+        tab.load(host.as_uri())
         tab.ask("WebDriver:SwitchToFrame", {"id": 0})
         yield _Firefox(tab)

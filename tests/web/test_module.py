@@ -115,7 +115,7 @@ def test_elements_in_firefox(xvfb: dict[str, str], tmp_path: Path) -> None:
     path.write_text(module_page(FIELD, BODY, WATCH), encoding="utf-8")
     profile.mkdir()
     with firefox(profile, xvfb) as tab:
-        tab.ask("WebDriver:Navigate", {"url": path.as_uri()})
+        tab.load(path.as_uri())
         tab.until("document.querySelector('#first[data-load][data-poster-dismissed]')")
         assert tab.evaluate("document.querySelector('#second').matches('[data-poster-dismissed]')") is False
         tab.evaluate("document.querySelector('#third').scrollIntoView()")

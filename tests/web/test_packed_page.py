@@ -240,7 +240,7 @@ def test_the_policy_holds_in_firefox(xvfb: dict[str, str], hosted: tuple[str, li
     address, paths = hosted
     (tmp_path / "profile").mkdir()
     with firefox(tmp_path / "profile", xvfb) as tab:
-        tab.ask("WebDriver:Navigate", {"url": address})
+        tab.load(address)
         tab.until(f"'seen' in {STATE}")
         seen = json.loads(tab.evaluate(f"{STATE}.seen"))
     assert {key: seen[key] for key in REFUSED} == REFUSED
@@ -254,10 +254,8 @@ def test_firefox_draws_a_packed_page(xvfb: dict[str, str], tmp_path: Path) -> No
     (tmp_path / "profile").mkdir()
     with firefox(tmp_path / "profile", xvfb) as tab:
         tab.ask("WebDriver:SetWindowRect", {"width": 450, "height": 250})
-        tab.ask("WebDriver:Navigate", {"url": f"{file.as_uri()}#az=10"})
-        for command in (None, "WebDriver:Refresh"):
-            if command:
-                tab.ask(command, {})
+        for address in (f"{file.as_uri()}#az=10", None):
+            tab.load(address)
             tab.until(f"{STATE}.state === 'still'")
             assert float(tab.evaluate(f"{STATE}.error")) < 5e-6
             assert tab.evaluate("document.title") == "fitted"

@@ -58,7 +58,7 @@ def test_firefox_draws_a_model_of_the_gallery(xvfb: dict[str, str], tmp_path: Pa
     profile.mkdir()
     with firefox(profile, xvfb) as browser:
         browser.ask("WebDriver:SetWindowRect", {"width": 450, "height": 250})
-        browser.ask("WebDriver:Navigate", {"url": file.as_uri()})
+        browser.load(file.as_uri())
         browser.until(f"{STATE}.state === 'still'")
         assert float(browser.evaluate(f"{STATE}.error")) < 5e-6
         assert browser.evaluate("document.getElementById('message').hidden")

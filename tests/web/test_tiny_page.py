@@ -171,7 +171,7 @@ def test_firefox_draws_a_tiny_page(xvfb: dict[str, str], tmp_path: Path) -> None
     file = page(SMALL, tmp_path, "phong")
     (tmp_path / "profile").mkdir()
     with firefox(tmp_path / "profile", xvfb) as tab:
-        tab.ask("WebDriver:Navigate", {"url": file.as_uri()})
+        tab.load(file.as_uri())
         tab.until("document.querySelector('canvas')?.width > 300")
         pixels = (
             "(() => {const gl = document.querySelector('canvas').getContext('webgl2'), p = new Uint8Array(4);"
