@@ -229,6 +229,7 @@ export class Renderer {
     // Resolves to the refined picture as a PNG, with more time for its samples. Motion waits while `saving` is above 0.
     // Throws DeviceError where the context is lost.
     async png() {
+        const {device} = this; // after a lost context, there is another one
         ++this.saving;
         this.patience = 10 * PATIENCE;
         if (this.settled && this.refining.samples < this.samples) {
@@ -236,10 +237,10 @@ export class Renderer {
             this.drawn = -1;
             this.wake();
         }
-        while (!this.settled && !this.device.lost) await pause(30);
+        while (!this.settled && !device.lost) await pause(30);
         this.patience = PATIENCE;
         --this.saving;
-        if (this.device.lost) throw new DeviceError("There is no picture to save: its graphics context is lost.");
+        if (device.lost) throw new DeviceError("There is no picture to save: its graphics context is lost.");
         this.painter.put(this.still);
         return new Promise((resolve) => this.canvas.toBlob(resolve, "image/png"));
     }
