@@ -57,7 +57,7 @@ def run_folder(command: TrainCommand) -> None:
         (finished if command.resume and _is_finished(job, settings, command.omega is None) else waiting).append(job)
     rows = [row_of(Outcome(job, Status.KEPT, 0.0)) for job in finished]
     title = f"{folder.resolve().name or 'shapes'}: {len(jobs)} shapes"
-    bar = tqdm(total=len(jobs), initial=len(finished), unit="shape", disable=command.quiet)
+    bar = tqdm(total=len(jobs), initial=len(finished), unit="shape", leave=False, disable=command.quiet)
     write_results(output, rows, title, len(waiting))
     with bar, closing(_outcomes(waiting, command, _progress_on(bar))) as outcomes:
         for outcome in outcomes:

@@ -220,6 +220,38 @@ def test_another_worker_takes_over_the_job_of_a_lost_one(shapes: Path, tmp_path:
         assert load(out / f"{name}.safetensors").provenance["interrupted"] is False
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("ending", [signal.SIGKILL, signal.SIGTERM])
+def test_a_scheduler_that_dies_is_one_line(ending: signal.Signals, shapes: Path, tmp_path: Path) -> None:
+    distributed = pytest.importorskip("distributed")
+    place, out = tmp_path / "scheduler.json", tmp_path / "out"
+    argv = ["--port", "0", "--no-dashboard", "--scheduler-file", str(place)]
+    scheduler = subprocess.Popen(
+        [sys.executable, "-m", "distributed.cli.dask_scheduler", *argv], stderr=subprocess.DEVNULL
+    )
+    try:
+        deadline = time.monotonic() + 120
+        while not place.exists():
+            assert time.monotonic() < deadline
+            time.sleep(0.1)
+        with distributed.Client(scheduler_file=str(place)) as client:
+            address = client.scheduler.address
+            command = [sys.executable, "-m", "mplicits", "train", str(shapes), "-o", str(out), "--cluster", address]
+            process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+            while client.run_on_scheduler(lambda dask_scheduler: len(dask_scheduler.tasks)) < 3:
+                assert time.monotonic() < deadline
+                time.sleep(0.1)
+        scheduler.send_signal(ending)
+        said, error = process.communicate(timeout=120)
+    finally:
+        scheduler.kill()
+        scheduler.wait()
+    assert process.returncode == 2
+    assert said == b""
+    assert error.count(b"\n") == 1
+    assert error.decode().endswith(f"mplicits: --cluster {address}: the scheduler is gone; --resume trains the rest\n")
+
+
 def test_a_shape_with_the_name_of_a_checkpoint_gets_another(shapes: Path) -> None:
     """The training of ball.ply writes and removes ball.part.safetensors."""
     trimesh.creation.box().export(shapes / "ball.part.ply")

@@ -39,33 +39,37 @@ def on_cluster(jobs: Sequence[Job], address: str) -> Generator[Outcome]:
     """Run jobs on the workers of a Dask cluster, which see the same files, and yield each outcome when its job ends.
 
     address: the scheduler's, "tcp://host:8786". When a worker is lost, another worker continues its job from the saved
-    state. Raises UserError if no scheduler answers.
+    state. Raises UserError if no scheduler answers, or the scheduler is gone before all jobs ended.
     """
     from dask import config
     from distributed import Client, as_completed
 
+    logging.disable()  # Dask and its libraries log a dying scheduler in dozens of lines.
     try:
-        with config.set({"distributed.comm.timeouts.connect": CONNECT_TIMEOUT}):
-            client: Any = Client(address, timeout=CONNECT_TIMEOUT)  # type: ignore[no-untyped-call]
-    except (OSError, ValueError, TimeoutError) as error:
-        reason = str(error).splitlines()[0] if str(error) else "no answer"
-        raise UserError(f"--cluster {show(address)}: no Dask scheduler answers there ({show(reason)[:120]})") from None
-    for name in ("distributed", "tornado"):  # They log a dying scheduler in dozens of lines.
-        logging.getLogger(name).setLevel(logging.CRITICAL)
-    left = list(jobs)
-    try:
+        try:
+            with config.set({"distributed.comm.timeouts.connect": CONNECT_TIMEOUT}):
+                client: Any = Client(address, timeout=CONNECT_TIMEOUT)  # type: ignore[no-untyped-call]
+        except Exception as error:  # The address chooses the library that raises.
+            reason = str(error).splitlines()[0] if str(error) else "no answer"
+            text = f"--cluster {show(address)[:200]}: no Dask scheduler answers there ({show(reason)[:120]})"
+            raise UserError(text) from None
         with client:
             names = {job: f"mplicits-{job.name}-{id(job)}" for job in jobs}
             futures = {client.submit(run_job, job, pure=False, key=name): job for job, name in names.items()}
             for future in as_completed(futures):  # type: ignore[no-untyped-call]
                 job = futures[future]
-                outcome = future.result() if future.status == "finished" else _lost(job, future.exception())
-                left.remove(job)
-                yield outcome
-    except (OSError, TimeoutError, CancelledError, AsyncCancelledError) as error:  # The scheduler is gone.
-        for job in left:
-            yield _lost(job, error)
+                match future.status:
+                    case "finished":
+                        yield future.result()
+                    case "error":
+                        yield _lost(job, future.exception())
+                    case _:  # cancelled, because the client is closed
+                        raise CancelledError
+    except (OSError, TimeoutError, CancelledError, AsyncCancelledError):
+        raise UserError(f"--cluster {show(address)}: the scheduler is gone; --resume trains the rest") from None
+    finally:
+        logging.disable(logging.NOTSET)
 
 
 def _lost(job: Job, error: BaseException | None) -> Outcome:
-    return Outcome(job, Status.FAILED, 0.0, f"its workers or the scheduler were lost ({show(repr(error))[:120]})")
+    return Outcome(job, Status.FAILED, 0.0, f"its workers were lost ({show(repr(error))[:120]})")
