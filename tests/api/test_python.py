@@ -175,12 +175,32 @@ def test_a_model_without_texture_has_the_plain_color() -> None:
     np.testing.assert_allclose(plain.color(torch.zeros(3)), [0.80, 0.74, 0.66], atol=1e-6)
 
 
-def test_threads_share_a_field() -> None:
-    many = points(20_000)
-    expected = FIELD(many)
+@pytest.mark.parametrize("moving", [False, True])
+def test_threads_share_a_field(moving: bool) -> None:
+    """Eight threads ask different questions at once; each answer is that of a thread alone."""
+    field, time = (mplicits.Field(MOVING), 0.3) if moving else (FIELD, 0.0)
+    many, eye = points(8, 6000), np.array([0.0, 0.0, 3.0])
+
+    def ask(number: int) -> list[NDArray[np.float32]]:
+        here = many[number % 8]
+        tensor = torch.from_numpy(here[:500])
+        with torch.no_grad():
+            of_tensor = field(tensor, time=time), field.gradient(tensor, time=time)
+        return [
+            field(here, time=time),
+            field(here, 1, time=time),
+            field.gradient(here, time=time),
+            field.color(here, time=time),
+            field.trace(eye, here[:400] - eye, time=time).points,
+            *(result.numpy() for result in of_tensor),
+        ]
+
+    expected = [ask(number) for number in range(8)]
+    field = mplicits.Field(field.model)  # what a field makes at its first question, threads make at once
     with ThreadPoolExecutor(8) as pool:
-        for result in pool.map(lambda _: FIELD(many), range(16)):
-            np.testing.assert_array_equal(result, expected)
+        for number, results in enumerate(pool.map(ask, range(24))):
+            for result, right in zip(results, expected[number % 8], strict=True):
+                np.testing.assert_allclose(result, right, atol=1e-5)
 
 
 def test_rays_end_where_the_field_is_zero() -> None:
