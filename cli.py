@@ -30,7 +30,8 @@ EXAMPLE = "example: mplicits train bunny.ply -o bunny.safetensors"
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 """Error numbers of a full disk or output."""
-
+CLOSED = (errno.EACCES, errno.EPERM, errno.ENAMETOOLONG, errno.ELOOP, errno.EMFILE, errno.ENFILE, errno.EROFS)
+"""Error numbers of paths that the system does not open for this user."""
 
 LEAST_STACK = 1 << 20
 """Bytes of the stack that libraries need: with less, the system ends the process."""
@@ -96,7 +97,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if ending is None:
             raise
         code, line = ending
-        if isinstance(error, OSError):
+        if isinstance(error, OSError) and error.filename is None:
             # Nobody can read the rest of the buffer: it must not raise at exit.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         if line:
@@ -123,6 +124,8 @@ def _ending(error: BaseException, argv: Sequence[str]) -> tuple[int, str] | None
             code, line = 141, ""
         case OSError(errno=number) if number in FULL:
             line = f"cannot write to the standard output: {error.strerror}"
+        case OSError(errno=number, filename=str() as name) if number in CLOSED:
+            line = f"{name}: {error.strerror}"
     return None if line is None else (code, line)
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from ..model.errors import UserError
-from ..model.files import regular, show
+from ..model.files import reason_of, regular, show
 from ..model.image_file import open_image
 from ..model.orientation import upright
 from .cloud import Doubles
@@ -132,8 +132,7 @@ def size_of(path: Path) -> tuple[int, int]:
         with Image.open(regular(path)) as opened:
             return opened.size
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
-        reason = "no such file" if isinstance(error, FileNotFoundError) else "not a readable image"
-        raise UserError(f"{show(path)}: {reason}") from None
+        raise UserError(f"{show(path)}: {reason_of(error, 'not a readable image')}") from None
 
 
 def check_projection(matrix: Doubles, name: str) -> Doubles:

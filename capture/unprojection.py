@@ -10,7 +10,7 @@ from ..model.errors import UserError
 from ..model.files import check_writable, show, write_whole
 from ..model.kinds import MESH
 from .cloud import Cloud, Cut, Doubles, check_name
-from .depth_map import LEAST, from_inverse, read_depth
+from .depth_map import LEAST, check_size, from_inverse, read_depth
 from .estimate import estimate_depth
 from .image_pixels import colors_of, mask_of, opaque, open_upright, resized
 from .intrinsics import Intrinsics, of_file, of_photograph, of_view
@@ -100,6 +100,10 @@ def _values(options: UnprojectOptions) -> tuple[Doubles, bool, bool, tuple[str, 
         return read.values, options.relative, read.whole, read.notes
     assert options.estimate is not None
     photograph = open_upright(Path(options.estimate), "--estimate").convert("RGB")
+    try:
+        check_size((photograph.height, photograph.width))
+    except UserError as error:
+        raise UserError(f"--estimate {show(options.estimate)}: {error}") from None
     values, inverse = estimate_depth(photograph, options.estimator)
     return values, inverse or options.relative, False, ()
 

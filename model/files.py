@@ -43,6 +43,12 @@ def is_file(path: Path) -> bool:
     return False
 
 
+def reason_of(error: Exception, otherwise: str) -> str:
+    """Say why a file cannot be read: it is missing, or not the user's; `otherwise` for other errors."""
+    reasons: dict[type[Exception], str] = {FileNotFoundError: "no such file", PermissionError: "permission denied"}
+    return reasons.get(type(error), otherwise)
+
+
 def regular(path: Path) -> Path:
     """Return a path that is opened for reading next. Raises OSError for a pipe: nobody may ever write into it."""
     if stat.S_ISFIFO(os.stat(path).st_mode):

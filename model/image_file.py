@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import UserError
-from .files import regular, show
+from .files import reason_of, regular, show
 from .kinds import MARK
 from .memory import check_memory
 
@@ -29,8 +29,7 @@ def open_image(path: Path, option: str) -> "Image":
         check_memory(BYTES * image.width * image.height, f"{option} {show(path)}", "shrink it")
         image.load()
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
-        reason = "no such file" if isinstance(error, FileNotFoundError) else "not a readable image"
-        raise UserError(f"{option} {show(path)}: {reason}") from None
+        raise UserError(f"{option} {show(path)}: {reason_of(error, 'not a readable image')}") from None
     return image
 
 

@@ -108,8 +108,8 @@ def load(path: Path) -> Model:
         if metadata["version"] == str(VERSION):
             tensors |= _unpacked(metadata, tensors)
         return _from_file(metadata, tensors)
-    except FileNotFoundError:
-        raise UserError(f"{show(path)}: no such file") from None
+    except FileNotFoundError:  # safetensors also raises it for a file that others may not read
+        raise UserError(f"{show(path)}: {'permission denied' if path.exists() else 'no such file'}") from None
     except OSError as error:
         raise UserError(f"{show(path)}: {_one_line(error.strerror or str(error))}") from None
     except SafetensorError as error:

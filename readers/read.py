@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from ..model.errors import UserError
-from ..model.files import is_file, is_folder, show
+from ..model.files import is_file, is_folder, reason_of, show
 from .content import Cloud, Mesh
 from .gltf import read_gltf
 from .obj import read_obj
@@ -66,7 +66,8 @@ def read_shape(path: Path, image: Path | None = None, chosen: Sequence[str] | No
     except Exception as error:  # libraries raise anything on damaged files
         text = str(error).splitlines()
         reason = show(text[0] if text else type(error).__name__)[:160]
-        raise UserError(f"{label}: not a readable {path.suffix[1:].upper()} file ({reason})") from None
+        damaged = f"not a readable {path.suffix[1:].upper()} file ({reason})"
+        raise UserError(f"{label}: {reason_of(error, damaged)}") from None
     if image is not None and isinstance(content, Cloud):
         raise UserError(f"{label}: --texture {show(image)}: a point cloud has no texture coordinates")
     if image is not None and not content_has_picture(content):

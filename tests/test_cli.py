@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+import trimesh
 from tqdm import tqdm
 
 from mplicits import cli, extras
@@ -16,7 +17,7 @@ from mplicits.model.errors import UserError
 from mplicits.model.model_file import save
 from mplicits.model.options import Options
 from mplicits.model.verb import Verb
-from support.paths import ROOT
+from support.paths import DEMO, ROOT
 from support.random_model import random_model
 
 HEAVY = {"numpy", "safetensors", "PIL", "moderngl", "glfw", "tqdm", "scipy", "trimesh", "igl", "torch"}
@@ -302,3 +303,43 @@ def test_an_error_takes_the_place_of_open_bars(capsys: pytest.CaptureFixture[str
     assert bar.disable
     *_, last = capsys.readouterr().err.split("\r")
     assert last == "mplicits: a line\n"
+
+
+AS_OTHERS = """
+import ctypes, os, sys
+if not os.getuid():  # root reads everything, except without these two capabilities
+    drop = 24  # PR_CAPBSET_DROP; the capabilities are CAP_DAC_OVERRIDE and CAP_DAC_READ_SEARCH
+    for capability in (1, 2):
+        ctypes.CDLL(None).prctl(drop, capability, 0, 0, 0)
+os.execv(sys.executable, [sys.executable, *sys.argv[1:]])
+"""
+"""Runs Python such that it reads no file that its mode forbids, as root, too."""
+
+
+@pytest.mark.parametrize(
+    ("argv", "said"),
+    [
+        (["check", "theirs.ply"], "theirs.ply: permission denied"),
+        (["check", "theirs.obj"], "theirs.obj: permission denied"),
+        (["info", "theirs.safetensors"], "theirs.safetensors: permission denied"),
+        (["train", "folder", "-o", "out"], "folder: Permission denied"),
+    ],
+)
+def test_files_without_permission_to_read_are_one_line(argv: list[str], said: str, tmp_path: Path) -> None:
+    for name in ("theirs.ply", "theirs.obj"):
+        trimesh.creation.icosphere(1).export(tmp_path / name)
+    (tmp_path / "theirs.safetensors").write_bytes(DEMO.read_bytes())
+    for path in tmp_path.glob("theirs.*"):
+        path.chmod(0)
+    (tmp_path / "folder").mkdir(mode=0)
+
+    def run(*argv: str) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-c", AS_OTHERS, *argv]
+        return subprocess.run(command, check=False, cwd=tmp_path, capture_output=True, text=True)
+
+    if not run("-c", "open('theirs.ply')").returncode:
+        pytest.skip("this system lets root read every file")
+    done = run("-m", "mplicits", *argv)
+    (tmp_path / "folder").chmod(0o755)
+    assert done.returncode == 2, done.stderr
+    assert done.stderr == f"mplicits: {said}\n"
