@@ -20,14 +20,18 @@ def estimate_depth(photograph: Image.Image, estimator: str) -> tuple[Doubles, bo
     without transformers.
     """
     import torch
-    from transformers import pipeline, utils
+    from huggingface_hub import logging as hub_logging
+    from transformers import dynamic_module_utils, pipeline, utils
 
-    logging: Any = utils.logging
-    logging.set_verbosity_error()
-    logging.disable_progress_bar()
+    loggings: tuple[Any, Any] = utils.logging, hub_logging
+    for logging in loggings:
+        logging.set_verbosity_error()
+    loggings[0].disable_progress_bar()
     try:
         # Nothing of the model runs as code: no Python files beside it, and no weights but .safetensors, since other
-        # formats are pickles. Without `trust_remote_code`, transformers would ask on the terminal.
+        # formats are pickles. Without `trust_remote_code`, transformers would ask on the terminal; about a further
+        # model that the configuration names it asks all the same, unless it may not wait for the answer.
+        dynamic_module_utils.TIME_OUT_REMOTE_CODE = 0
         safe: dict[str, Any] = {"trust_remote_code": False, "model_kwargs": {"use_safetensors": True}}
         run: Any = pipeline("depth-estimation", model=estimator, **safe)
         with torch.no_grad():
@@ -37,8 +41,9 @@ def estimate_depth(photograph: Image.Image, estimator: str) -> tuple[Doubles, bo
             raise ValueError(f"its output has {values.ndim} axes, not 2")
     except Exception as error:  # transformers raises anything on damaged folders
         reason = show(str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__)[:200]
-        where = "a folder" if is_folder(Path(estimator)) else "a model on the hub, or no folder"
-        raise UserError(f"--estimator {show(estimator)}: {where} that cannot be loaded ({reason})") from None
+        folder = is_folder(Path(estimator))
+        what = "a folder that cannot" if folder else "no folder, and no model on the hub that can"
+        raise UserError(f"--estimator {show(estimator)}: {what} be loaded ({reason})") from None
     if values.shape != (photograph.height, photograph.width):
         scaled = Image.fromarray(values.astype(np.float32)).resize(photograph.size, Image.Resampling.BILINEAR)
         values = np.asarray(scaled, np.float64)

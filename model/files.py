@@ -50,9 +50,10 @@ def reason_of(error: Exception, otherwise: str) -> str:
 
 
 def regular(path: Path) -> Path:
-    """Return a path that is opened for reading next. Raises OSError for a pipe: nobody may ever write into it."""
-    if stat.S_ISFIFO(os.stat(path).st_mode):
-        raise OSError(errno.EINVAL, "a pipe, not a file")
+    """Return a path that is opened for reading next. Raises OSError for a pipe or a device, which may never end."""
+    mode = os.stat(path).st_mode
+    if stat.S_ISFIFO(mode) or stat.S_ISCHR(mode):
+        raise OSError(errno.EINVAL, "a pipe or a device, not a file")
     return path
 
 

@@ -55,6 +55,8 @@ def train(
     part = None if output is None else Part(output, bar.say)
     previous, snapshot = resume if isinstance(resume, Model) else None, None
     if output is not None and part is not None:
+        if options.log is not None and Path(options.log).resolve() == part.path.resolve():
+            raise UserError(f"--log {show(options.log)}: that is the file of the training's state; name another")
         previous, snapshot = _interrupted(output, part, bool(resume), bar.say)
     settings = _completed(settings, source, previous)
     progress: TrainingProgress = JsonLines(bar.say) if live else bar

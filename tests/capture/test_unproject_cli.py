@@ -172,6 +172,10 @@ def test_an_estimator_runs_no_code_of_its_own(
     assert (out, len(err.splitlines())) == ("", 1)
     assert "--estimator theirs: a folder that cannot be loaded" in err
     assert not Path("ran").exists()
+    from transformers.dynamic_module_utils import resolve_trust_remote_code
+
+    with pytest.raises(ValueError, match="custom code"):  # of a model that a configuration names
+        resolve_trust_remote_code(None, "another", has_local_code=False, has_remote_code=True)
     long = "x" * 300
     assert cli.main(["unproject", "--estimate", "photo.png", "--estimator", long, "-o", "c.ply"]) == 2
     assert len(capsys.readouterr().err.splitlines()) == 1
