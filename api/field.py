@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..bake.options import BakeOptions, InfoOptions, PackOptions
 from ..mesher.options import EvalOptions, MeshOptions
+from ..model.files import path_of
 from ..model.model import level_networks, shape_of, sizes
 from ..model.model_file import save as save_model
 from ..model.options import takes
@@ -120,7 +121,7 @@ class Field(FieldFunction):
         """Compare the model with its ground truth, a mesh in a file; see `mplicits.evaluate`."""
         from ..mesher.evaluation import evaluate
 
-        return evaluate(self.model, Path(shape), options)
+        return evaluate(self.model, path_of(shape, "shape"), options)
 
     @takes(PackOptions)
     def pack(self, options: PackOptions) -> "Field":
@@ -142,8 +143,9 @@ class Field(FieldFunction):
         from ..model.files import check_writable
         from ..model.kinds import MODEL
 
-        check_writable(Path(path), kind=MODEL)
-        save_model(self.model, Path(path))
+        file = path_of(path, "path")
+        check_writable(file, kind=MODEL)
+        save_model(self.model, file)
 
     def show(self) -> None:
         """Display the model: live in a notebook, else as a page in the web browser."""

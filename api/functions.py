@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from ..capture.options import PhotoOptions, UnprojectOptions
 from ..mesher.options import EvalOptions
 from ..model.errors import UserError
+from ..model.files import path_of
 from ..model.gallery import model_path
 from ..model.model_file import load as load_model
 from ..model.options import takes
@@ -121,7 +122,7 @@ def _trained(source: "Source", options: TrainArguments | MorphArguments) -> Fiel
     from .hooks import loose_components
 
     preview = Preview() if options.preview is True else None
-    draw = pictures(Path(options.preview)) if options.preview and options.preview is not True else None
+    draw = pictures(path_of(options.preview, "--preview")) if options.preview and options.preview is not True else None
 
     def show(model: "Model") -> Field:
         field = Field(model)
@@ -166,7 +167,7 @@ def photos(folder: str | Path, options: PhotoOptions) -> Field:
     prepare_openmp()
     from ..capture.session import photos as reconstruct
 
-    return Field(reconstruct(Path(folder), options))
+    return Field(reconstruct(path_of(folder, "folder"), options))
 
 
 @takes(EvalOptions)
@@ -179,10 +180,11 @@ def evaluate(model: Field | str | Path, shape: str | Path, options: EvalOptions)
     from ..mesher.evaluation import evaluate as compare
     from ..model.mesh_file import SUFFIXES
 
+    truth = path_of(shape, "shape")
     if isinstance(model, Field):
-        return compare(model.model, Path(shape), options)
+        return compare(model.model, truth, options)
     path = model_path(str(model))
-    return compare(path if path.suffix.lower() in SUFFIXES else load_model(path), Path(shape), options)
+    return compare(path if path.suffix.lower() in SUFFIXES else load_model(path), truth, options)
 
 
 def report(model: Field | str | Path, shape: str | Path | None = None, log: str | Path | None = None) -> str:
@@ -193,7 +195,9 @@ def report(model: Field | str | Path, shape: str | Path | None = None, log: str 
     """
     from ..reporting.page import report as page
 
-    return page(model.model if isinstance(model, Field) else load_model(model_path(str(model))), shape, log)
+    named = {"shape": shape, "log": log}
+    paths = {name: path_of(value, name) for name, value in named.items() if value is not None}
+    return page(model.model if isinstance(model, Field) else load_model(model_path(str(model))), **paths)
 
 
 def compose(scene: str | Path) -> Field:
@@ -203,7 +207,7 @@ def compose(scene: str | Path) -> Field:
     """
     from ..scenes.compose import compose as composed
 
-    return Field(composed(scene))
+    return Field(composed(path_of(scene, "scene")))
 
 
 @takes(ImportOptions)
@@ -215,5 +219,5 @@ def import_checkpoints(checkpoints: Sequence[str | Path], options: ImportOptions
     prepare_openmp()
     from ..trainer.checkpoint import import_checkpoints as imported
 
-    listed = [checkpoints] if isinstance(checkpoints, (str, Path)) else checkpoints
-    return Field(imported([Path(path) for path in listed], options))
+    listed = checkpoints if isinstance(checkpoints, Sequence) and not isinstance(checkpoints, str) else [checkpoints]
+    return Field(imported([path_of(path, "checkpoints") for path in listed], options))

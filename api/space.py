@@ -93,7 +93,7 @@ def numbers(points: object, name: str = "points") -> NDArray[np.floating]:
         if array.dtype.kind not in "fiubO" or np.ma.is_masked(points):
             raise TypeError
         floats = array if array.dtype == np.float32 else np.asarray(array, np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise UserError(f"{name}: real numbers of shape (..., 3) are needed") from None
     _check_last_axis(floats.shape, name)
     return floats
@@ -115,7 +115,7 @@ def checked_time(time: object, model: Model) -> float:
     if not fits(value, float) or not 0 <= cast(float, value) <= 1:
         raise UserError(f"time {show(repr(time))[:60]}: a number from 0 to 1 is needed")
     if value and model.inputs != "xyzt":
-        raise UserError(f"time {value:g}: this model does not move")
+        raise UserError(f"time {show(str(value))[:60]}: this model does not move")
     return float(cast(float, value))
 
 

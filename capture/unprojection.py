@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..model.errors import UserError
-from ..model.files import check_writable, show, write_whole
+from ..model.files import check_writable, path_of, show, write_whole
 from ..model.kinds import MESH
 from .cloud import Cloud, Cut, Doubles, check_name
 from .depth_map import LEAST, check_size, from_inverse, read_depth
@@ -49,9 +49,10 @@ class Unprojected(Cloud):
 
     def save(self, path: str | Path) -> None:
         """Write the cloud as a PLY file, whole or not at all. Raises UserError for a name without .ply."""
-        check_name(Path(path))
-        check_writable(Path(path), kind=MESH)
-        write_whole(Path(path), self.to_ply())
+        file = path_of(path, "path")
+        check_name(file)
+        check_writable(file, kind=MESH)
+        write_whole(file, self.to_ply())
 
 
 def unprojected(options: UnprojectOptions) -> Unprojected:

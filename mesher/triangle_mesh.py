@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ..model.files import check_writable, write_whole
+from ..model.files import check_writable, path_of, write_whole
 from ..model.kinds import MESH
 from ..model.model import MODEL_SPACE, Model
 from ..model.orientation import as_in_file
@@ -72,7 +72,7 @@ class TriangleMesh:
 
     def save(self, path: str | Path) -> None:
         """Write a PLY, OBJ, STL or GLB file, by the suffix of its name. Raises UserError."""
-        path = Path(path)
+        path = path_of(path, "path")
         check_suffix(path)
         check_writable(path, kind=MESH)
         if warning := self.warning(path.suffix.lower()):

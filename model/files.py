@@ -43,6 +43,14 @@ def is_file(path: Path) -> bool:
     return False
 
 
+def path_of(value: object, name: str) -> Path:
+    """Return the path that an argument of Python names. name: of the argument, for the UserError."""
+    text = os.fspath(value) if isinstance(value, str | os.PathLike) else None
+    if isinstance(text, str) and "\0" not in text:
+        return Path(text)
+    raise UserError(f"{name} {show(repr(value))[:60]}: a path is needed")
+
+
 def reason_of(error: Exception, otherwise: str) -> str:
     """Say why a file cannot be read: it is missing, or not the user's; `otherwise` for other errors."""
     reasons: dict[type[Exception], str] = {FileNotFoundError: "no such file", PermissionError: "permission denied"}

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from fractions import Fraction
 from inspect import getmembers, isfunction, signature
 from pathlib import Path
 from typing import Any
@@ -354,3 +355,31 @@ def test_options_have_the_types_of_the_command_line() -> None:
         mplicits.import_checkpoints([])
     with pytest.raises(mplicits.UserError, match=r"missing.pth: no such file"):
         mplicits.import_checkpoints("missing.pth")
+
+
+@pytest.mark.parametrize("value", [None, 5, 1.5, b"x", [], "a\0b", np.zeros(3)])
+def test_what_is_no_path_is_refused_by_the_argument_s_name(value: Any) -> None:
+    with pytest.raises(mplicits.UserError, match=r"^scene .*: a path is needed"):
+        mplicits.compose(value)
+    with pytest.raises(mplicits.UserError, match=r"^folder .*: a path is needed"):
+        mplicits.photos(value)
+    with pytest.raises(mplicits.UserError, match=r"^shape .*: a path is needed"):
+        FIELD.evaluate(value)
+    with pytest.raises(mplicits.UserError, match=r"^checkpoints( .*: a path is needed|: name one file)"):
+        mplicits.import_checkpoints(value)
+    with pytest.raises(mplicits.UserError, match=r"^path .*: a path is needed"):
+        FIELD.save(value)
+    with pytest.raises(mplicits.UserError, match=r"^model .*: mplicits.load and mplicits.train make a Field"):
+        mplicits.Field(value)
+    if value is not None:
+        with pytest.raises(mplicits.UserError, match=r"^log .*: a path is needed"):
+            mplicits.report(FIELD, log=value)
+
+
+def test_numbers_that_no_float_holds_are_refused() -> None:
+    huge: Any = [[10**400, 0, 0]]
+    half: Any = Fraction(1, 2)
+    with pytest.raises(mplicits.UserError, match=r"^points: real numbers"):
+        FIELD(huge)
+    with pytest.raises(mplicits.UserError, match=r"^time 1/2: this model does not move"):
+        FIELD([0, 0, 0], time=half)
