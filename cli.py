@@ -6,6 +6,7 @@ import importlib
 import io
 import math
 import os
+import re
 import sys
 import warnings
 from collections.abc import Sequence
@@ -30,6 +31,8 @@ EXAMPLE = "example: mplicits train bunny.ply -o bunny.safetensors"
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 """Error numbers of a full disk or output."""
+NO_MEMORY = re.compile("allocate memory|out of memory")
+"""Messages of PyTorch where the processor's or the GPU's memory does not suffice."""
 CLOSED = (errno.EACCES, errno.EPERM, errno.ENAMETOOLONG, errno.ELOOP, errno.EMFILE, errno.ENFILE, errno.EROFS)
 """Error numbers of paths that the system does not open for this user."""
 
@@ -118,7 +121,7 @@ def _ending(error: BaseException, argv: Sequence[str]) -> tuple[int, str] | None
         case KeyboardInterrupt():
             by = ended_by()
             code, line = (128 + by, ENDINGS[by]) if by else (INTERRUPTED, "interrupted")
-        case MemoryError():
+        case MemoryError() | RuntimeError() if isinstance(error, MemoryError) or NO_MEMORY.search(str(error)):
             line = "out of memory: close other programs, or ask for less (a lower resolution, a smaller file)"
         case BrokenPipeError():  # The reader left.
             code, line = 141, ""

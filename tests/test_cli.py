@@ -305,6 +305,24 @@ def test_an_error_takes_the_place_of_open_bars(capsys: pytest.CaptureFixture[str
     assert last == "mplicits: a line\n"
 
 
+@pytest.mark.parametrize(
+    "error", [MemoryError(), RuntimeError("[enforce fail] can't allocate memory: 12 bytes"), RuntimeError("other")]
+)
+def test_memory_that_ends_is_one_line_in_pytorch_too(
+    error: Exception, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fail(_: object) -> None:
+        raise error
+
+    monkeypatch.setattr(cli, "perform", fail)
+    if str(error) == "other":
+        with pytest.raises(RuntimeError, match="other"):
+            cli.main([])
+        return
+    assert cli.main([]) == 2
+    assert capsys.readouterr().err.startswith("mplicits: out of memory: close other programs")
+
+
 AS_OTHERS = """
 import ctypes, os, sys
 if not os.getuid():  # root reads everything, except without these two capabilities

@@ -46,6 +46,7 @@ wcstoull wcstoumax wcsxfrm wctob wctomb wctrans wctype wmemchr wmemcmp wmemcpy w
 BUFSIZ CLOCKS_PER_SEC CMPLX CMPLXF CMPLXL DBL_HAS_SUBNORM FLT_EVAL_METHOD FLT_HAS_SUBNORM FLT_RADIX FLT_ROUNDS I
 LDBL_HAS_SUBNORM L_tmpnam NULL ONCE_FLAG_INIT SEEK_CUR SEEK_END SEEK_SET TIME_UTC TSS_DTOR_ITERATIONS WEOF call_once
 complex imaginary kill_dependency noreturn far max min near small
+std uint ushort ulong u_char u_short u_int u_long fd_set fd_mask BYTE_ORDER MAXFLOAT NFDBITS issubnormal
 """
 """Keywords of C (C17 6.4.1, C23) and C++, macros and functions of the library (C17 7), built-in functions of GCC, and
 macros of Windows' headers."""
@@ -135,7 +136,8 @@ RESERVED = {
 """Target -> its reserved names; `FAMILIES` holds those that follow a pattern."""
 FAMILIES = {
     "c": r"E[0-9A-Z]\w*|(SIG_?|LC_|FE_)[A-Z]\w*|(PRI|SCN)[a-zX]\w*|(ATOMIC|atomic|memory_order|thrd|mtx|cnd|tss)_\w+|"
-    r"[A-Z]\w*_(MAX|MIN|DIG|EPSILON|EXP|C|BIT)",
+    r"[A-Z]\w*_(MAX|MIN|DIG|EPSILON|EXP|C|BIT)|"
+    r"\w+_t|(FP|FD|HUGE|M)_\w+|SNAN\w*|W[A-Z]+|\w+_ENDIAN|[bl]e(16|32|64)toh|hto[bl]e(16|32|64)",
     "glsl": r"gl_\w+|[bdfhiu]?vec[234]|d?mat[234](x[234])?|[iu]?(sampler|texture|image|subpassInput)[A-Z1-3]\w*|"
     r"atomic[A-Z]\w+|memoryBarrier\w+|(Emit|End)\w*(Vertex|Primitive)",
     "hlsl": r"(bool|double|dword|float|half|int|uint|min1\w+)[1-4](x[1-4])?|(RW)?Texture\w+|tex(1D|2D|3D|CUBE)\w*|"

@@ -80,6 +80,25 @@ def test_c_reserves_all_macros_of_its_headers(tmp_path: Path) -> None:
     assert [name for name in sorted(macros) if not is_reserved(name, "c")] == []
 
 
+@pytest.mark.parametrize("standard", ["c++11", "gnu++20"])
+def test_c_reserves_what_its_header_declares_in_cpp(standard: str) -> None:
+    """There <math.h> includes <stdlib.h>. Every other word of the headers may be the name of the function."""
+    need("g++", "g++")
+    command = ["g++", f"-std={standard}", "-x", "c++", "-w", "-"]
+    include = "#include <math.h>\n"
+
+    def run(text: str, *options: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run([*command, *options], input=text, capture_output=True, text=True, check=False)
+
+    words = re.findall(r"\b[A-Za-z]\w*\b", run(include, "-E").stdout)
+    words += re.findall(r"^#define (\w+)", run(include, "-E", "-dM").stdout, re.MULTILINE)
+    names = [word for word in sorted({*words}) if re.fullmatch(r"[A-Za-z](_?[A-Za-z0-9])*", word)]
+    names = [name for name in names if not is_reserved(name, "c")]
+    assert len(names) > 300
+    functions = "".join(HEADS["c"].replace("NAME", name) for name in names)
+    assert run(include + functions, "-fsyntax-only").stderr == ""
+
+
 def test_bake_refuses_a_reserved_name_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     save(random_model((4, 0)), tmp_path / "m.safetensors")
     assert cli.main(["bake", str(tmp_path / "m.safetensors"), "--target", "c", "--name", "log"]) == 2
