@@ -164,6 +164,7 @@ def test_a_file_that_failed_may_be_set_again(browser: "Browser", files: Path) ->
         assert opened.events("a")[:2] == ["error", "load"]
 
 
+@pytest.mark.slow
 def test_what_is_set_while_an_element_is_hidden_holds(browser: "Browser", files: Path) -> None:
     """Also its picture: a hidden element keeps it until it draws again."""
     body = f"""{BALL}<mplicits-view id="a" src="moving.safetensors" autoplay camera-controls camera-orbit="10deg 60deg">
@@ -201,6 +202,32 @@ def test_a_picture_is_saved_while_the_shape_turns(browser: "Browser", files: Pat
             return picture;
         }""")
         assert refused == "There is no picture to save: its graphics context is lost."
+
+
+DENSITY = """
+const usual = matchMedia, densities = [];
+window.matchMedia = (query) => {
+    const list = usual(query);
+    if (query.includes("resolution")) densities.push(list);
+    return list;
+};
+window.tellDensity = () => densities.at(-1).dispatchEvent(new Event("change"));"""
+"""Chromium tells no page of the density that a test sets."""
+
+
+@pytest.mark.slow
+def test_pixels_are_as_dense_as_the_screen_that_the_window_moves_to(browser: "Browser", files: Path) -> None:
+    with site(browser, files, f'{BALL}<mplicits-view id="a"></mplicits-view>', DENSITY) as opened:
+        page = opened.page
+        page.wait_for_function(STARTED)
+        opened.told("a", "poster-dismissed")
+        session, widths = page.context.new_cdp_session(page), list[int]()
+        for density in (2, 1.5):
+            screen = {"width": 400, "height": 400, "deviceScaleFactor": density, "mobile": False}
+            session.send("Emulation.setDeviceMetricsOverride", screen)
+            page.evaluate("tellDensity()")
+            widths.append(page.evaluate("of('a').shadowRoot.querySelector('canvas:not(.still)').width"))
+        assert widths == [96, 72]
 
 
 COUNT = """

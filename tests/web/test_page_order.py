@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 MODEL = moving_model((16, 24))
 SLOW = """
-const {arrayBuffer} = Blob.prototype, {getProgramParameter} = WebGL2RenderingContext.prototype;
+const {arrayBuffer} = Blob.prototype, {getProgramParameter, getSyncParameter} = WebGL2RenderingContext.prototype;
 const COMPLETION_STATUS_KHR = 0x91B1;
 window.isCompiling = false;
 window.isReading = new Promise((resolve) => { window.read = resolve; });
@@ -27,6 +27,9 @@ Blob.prototype.arrayBuffer = async function () {
 };
 WebGL2RenderingContext.prototype.getProgramParameter = function (program, name) {
     return !(window.isCompiling && name === COMPLETION_STATUS_KHR) && getProgramParameter.call(this, program, name);
+};
+WebGL2RenderingContext.prototype.getSyncParameter = function (...names) { // without KHR_parallel_shader_compile
+    return window.isCompiling ? this.UNSIGNALED : getSyncParameter.apply(this, names);
 };"""
 """Holds the reading of a file, and compilations."""
 FRAMES = """
@@ -40,9 +43,9 @@ window.frame = async () => {
 """Holds frames; frame() draws one."""
 
 
-@pytest.fixture
-def page_file(tmp_path: Path) -> Path:
-    path = tmp_path / "page.html"
+@pytest.fixture(scope="module")
+def page_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("page") / "page.html"
     path.write_text(standalone(MODEL, poster=False, shade="phong"))
     return path
 
@@ -102,6 +105,7 @@ def test_a_turning_shape_is_saved(browser: "Browser", page_file: Path) -> None:
         assert visited.console == []
 
 
+@pytest.mark.slow
 def test_nothing_is_saved_of_a_lost_context(browser: "Browser", page_file: Path) -> None:
     with visit(browser, page_file, share=0.1) as visited:
         visited.still()

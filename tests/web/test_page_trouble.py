@@ -141,10 +141,13 @@ def test_the_faster_variant_is_kept_and_remembered(browser: "Browser", page_file
             assert visited.root("storage") == expected
 
 
-UNFINISHED = """const ask = WebGL2RenderingContext.prototype.getProgramParameter, COMPLETION_STATUS_KHR = 0x91B1;
-WebGL2RenderingContext.prototype.getProgramParameter = function (program, name) {
-    const held = name === COMPLETION_STATUS_KHR && localStorage.getItem("%s") === "trying";
-    return !held && ask.call(this, program, name);
+UNFINISHED = """const context = WebGL2RenderingContext.prototype, {getProgramParameter, getSyncParameter} = context;
+const COMPLETION_STATUS_KHR = 0x91B1, isTried = () => localStorage.getItem("%s") === "trying";
+context.getProgramParameter = function (program, name) {
+    return !(name === COMPLETION_STATUS_KHR && isTried()) && getProgramParameter.call(this, program, name);
+};
+context.getSyncParameter = function (sync, name) { // without KHR_parallel_shader_compile
+    return isTried() ? this.UNSIGNALED : getSyncParameter.call(this, sync, name);
 };"""
 """The literals' compiler never finishes; %s: the key in localStorage that holds the trial."""
 
