@@ -356,3 +356,13 @@ def test_a_signal_at_any_moment_can_be_resumed_bit_for_bit(number: signal.Signal
             assert process.wait() == 0
     assert stopped
     assert load(OUTPUT).sha256() == load(Path("unbroken.safetensors")).sha256()
+
+
+def test_the_log_is_not_the_file_of_the_state(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The end of the training would remove it."""
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["train", "demo", "-o", "m.safetensors", "--log", "m.part.safetensors", "--steps", "1"]) == 2
+    assert "--log m.part.safetensors: that is the file of the training's state" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
