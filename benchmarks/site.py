@@ -13,10 +13,8 @@ from mplicits.site.write import INDEX, write_site
 from support.browser import chromium
 from support.paths import ROOT
 
-WIDTH, SHARE = 1200, 1.5
+WIDTH, SHARE = 1200, 1
 """CSS pixels of the window, and pixels for each of them."""
-COLORS = 256
-"""Colors of the file, which make it three times smaller."""
 
 
 def main() -> None:
@@ -35,8 +33,7 @@ def main() -> None:
         page.goto((site / INDEX).absolute().as_uri())
         page.wait_for_function("() => [...document.images].every((image) => image.complete && image.naturalWidth)")
         page.screenshot(path=options.output, full_page=True)
-    picture = Image.open(options.output).convert("RGB")
-    picture.quantize(COLORS, dither=Image.Dither.FLOYDSTEINBERG).save(options.output, optimize=True)
+    Image.open(options.output).convert("RGB").save(options.output, optimize=True)
 
 
 if __name__ == "__main__":
