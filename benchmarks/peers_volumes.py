@@ -93,6 +93,6 @@ def poisson(cloud: Points) -> Triangles:
 
     work = pymeshlab.MeshSet()
     work.add_mesh(pymeshlab.Mesh(vertex_matrix=cloud.places, v_normals_matrix=cloud.normals))
-    work.generate_surface_reconstruction_screened_poisson(depth=DEPTH)
+    work.generate_surface_reconstruction_screened_poisson(depth=DEPTH, threads=1)
     result = work.current_mesh()
     return Triangles(result.vertex_matrix(), result.face_matrix().astype(np.int64)).welded()
