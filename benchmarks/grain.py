@@ -35,16 +35,26 @@ from mplicits.trainer.suited_omegas import with_suited_omegas
 from mplicits.trainer.train import Training
 from protocol import Page, machine
 
+LOSS = default_config().loss.residual
 USUAL = "omega=34.6,80"
 """The frequencies of every shape before they followed the shape."""
 TRIALS = {
     "cube": ("omega=25,40", "omega=15,20", "omega=8,8"),
     "gear": ("omega=25,40", "omega=15,20"),
     "torus": ("omega=25,40", "omega=15,20"),
-    "bunny": ("omega=25,40", "omega=15,20"),
+    "bunny": (
+        "omega=25,40",
+        "omega=15,20",
+        f"{USUAL} mean=0.1",
+        f"{USUAL} mean=0.3",
+        f"{USUAL} loss.residual.normal=400",
+        f"{USUAL} loss.residual.eikonal=30",
+        "omega=34.6,60 levels=48x1,90x2",
+        f"{USUAL} levels=48x1,128x4",
+    ),
     "spot": ("omega=25,40",),
 }
-"""Further trials of the page."""
+"""Further trials of the page: keys of --trial."""
 QUICK = (
     "step.batch=2048",
     "measuring.points=20000",
@@ -160,7 +170,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         for name in options.shapes.split(","):
             truth = Truth(name, Path(folder))
-            usual = [(USUAL,), *((trial,) for trial in TRIALS.get(name, ())), ()]
+            usual = [(USUAL,), *(tuple(trial.split()) for trial in TRIALS.get(name, ())), ()]
             for keys in [tuple(trial) for trial in options.trial or usual]:
                 for seed in map(int, options.seeds.split(",")):
                     trial = Trial(keys, options.steps, seed)
@@ -193,7 +203,9 @@ def head(options: argparse.Namespace) -> list[str]:
         "nearer than 0.015.",
         f"- Components (in brackets: of the truth), Chamfer distance: marching cubes at {RESOLUTION}^3, {SAMPLES:,} "
         "samples.",
-        f"- Trial: default, as `mplicits train` does; {USUAL}: the frequencies of every shape before.",
+        f"- Trial: default, as `mplicits train` does; {USUAL}: the frequencies of every shape before; mean: of "
+        "the weights over this share of the steps, the last ones; loss.residual.normal, .eikonal: weights, by default "
+        f"{LOSS.normal:g} and {LOSS.eikonal:g}.",
         "",
         "| shape | trial | omega | seed | mean abs f | mean distance | angle | grain "
         + "".join(f"| {wave} " for wave in waves)
