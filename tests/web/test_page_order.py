@@ -122,3 +122,14 @@ def test_nothing_is_saved_of_a_lost_context(browser: "Browser", page_file: Path)
         visited.still()
         assert visited.saved().std() > 5
         assert (len(downloads), visited.console) == (1, [])
+
+
+def test_a_hash_counts_though_the_page_replaces_it(browser: "Browser", page_file: Path) -> None:
+    with visit(browser, page_file, share=0.1) as visited:
+        visited.still()
+        visited.page.evaluate("""() => {
+            location.hash = "#az=70&el=-15";
+            history.replaceState(null, "", "#az=1&el=2");
+        }""")
+        visited.until("location.hash.startsWith('#az=70&el=-15')")
+        assert visited.console == []

@@ -172,11 +172,14 @@ export function center(front) {
     move(front ? home : {...camera, distance: home.distance, target: home.target});
 }
 
-export function followHash() {
+// newURL: of the event; writeHash() may have replaced the page's own meanwhile.
+export function followHash({newURL}) {
+    const {hash} = new URL(newURL);
     isTurning = false;
-    camera = fromHash(location.hash, home);
+    camera = fromHash(hash, home);
     uncover();
-    goTo(element("moment").hidden ? 0 : timeFrom(location.hash));
+    goTo(element("moment").hidden ? 0 : timeFrom(hash));
+    if (location.hash !== hash) writeHash();
 }
 
 export function resize() {
