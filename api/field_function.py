@@ -9,7 +9,7 @@ from ..codegen.printers.field import PLAIN
 from ..field.evaluate import Evaluator
 from ..field.hits import Hits
 from ..model.errors import UserError
-from ..model.files import show
+from ..model.files import show_value
 from ..model.model import Model
 from .space import Array, Points, Space, arrays, as_tensor, checked_time
 
@@ -24,7 +24,7 @@ class FieldFunction:
     def __init__(self, model: Model) -> None:
         """model: as `mplicits.model.model_file.load` reads it."""
         if not isinstance(model, Model):
-            raise UserError(f"model {show(repr(model))[:60]}: mplicits.load and mplicits.train make a Field")
+            raise UserError(f"model {show_value(model)}: mplicits.load and mplicits.train make a Field")
         self.model = model
         self._evaluator = Evaluator(model)
 

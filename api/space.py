@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..model.errors import UserError
-from ..model.files import show
+from ..model.files import show, show_value
 from ..model.model import MODEL_SPACE, SPACES, Model
 from ..model.orientation import as_in_file, upright
 from ..model.value_types import fits
@@ -27,7 +27,7 @@ class Space:
     def __init__(self, model: Model, name: str) -> None:
         """name: one of `SPACES`. Raises UserError for any other."""
         if not isinstance(name, str) or name not in SPACES:
-            raise UserError(f"space {show(repr(name))[:60]} is none of {', '.join(SPACES)}")
+            raise UserError(f"space {show_value(name)} is none of {', '.join(SPACES)}")
         self._model, self._is_file = model, name == "input"
         self.scale = model.scale if self._is_file else 1.0
 
@@ -113,7 +113,7 @@ def checked_time(time: object, model: Model) -> float:
     """Return the time at which a model is evaluated. Raises UserError."""
     value = time.tolist() if hasattr(time, "tolist") else time
     if not fits(value, float) or not 0 <= cast(float, value) <= 1:
-        raise UserError(f"time {show(repr(time))[:60]}: a number from 0 to 1 is needed")
+        raise UserError(f"time {show_value(time)}: a number from 0 to 1 is needed")
     if value and model.inputs != "xyzt":
         raise UserError(f"time {show(str(value))[:60]}: this model does not move")
     return float(cast(float, value))

@@ -35,7 +35,6 @@ from mplicits.trainer.suited_omegas import with_suited_omegas
 from mplicits.trainer.train import Training
 from protocol import Page, machine
 
-LOSS = default_config().loss.residual
 USUAL = "omega=34.6,80"
 """The frequencies of every shape before they followed the shape."""
 TRIALS = {
@@ -55,6 +54,8 @@ TRIALS = {
     "spot": ("omega=25,40",),
 }
 """Further trials of the page: keys of --trial."""
+LOSS = default_config().loss.residual
+"""Weights of a residual's loss that trials change."""
 QUICK = (
     "step.batch=2048",
     "measuring.points=20000",

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ..ir.lower import lower
 from ..ir.program import Array
 from ..model.errors import UserError
-from ..model.files import show
+from ..model.files import show_value
 from ..model.model import Model, Network
 from ..model.value_types import fits
 from . import interpret
@@ -109,7 +109,7 @@ class Evaluator:
         levels = len(self._networks)
         number: object = getattr(level, "tolist", lambda: level)()
         if number is not None and not (fits(number, int) and 1 <= cast(int, number) <= levels):
-            raise UserError(f"level {show(repr(level))[:60]}: the model has levels 1 to {levels}")
+            raise UserError(f"level {show_value(level)}: the model has levels 1 to {levels}")
         return levels if number is None else cast(int, number)
 
     def _inputs(self, points: Floats, time: float) -> Array:

@@ -43,12 +43,17 @@ def is_file(path: Path) -> bool:
     return False
 
 
+def show_value(value: object) -> str:
+    """Return an argument of Python for a message: the first 60 characters of its repr(), in one line."""
+    return show(repr(value))[:60]
+
+
 def path_of(value: object, name: str) -> Path:
     """Return the path that an argument of Python names. name: of the argument, for the UserError."""
     text = os.fspath(value) if isinstance(value, str | os.PathLike) else None
     if isinstance(text, str) and "\0" not in text:
         return Path(text)
-    raise UserError(f"{name} {show(repr(value))[:60]}: a path is needed")
+    raise UserError(f"{name} {show_value(value)}: a path is needed")
 
 
 def reason_of(error: Exception, otherwise: str) -> str:

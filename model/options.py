@@ -21,7 +21,7 @@ from inspect import getdoc, signature
 from typing import Any, Concatenate, ParamSpec, Protocol, TypeVar, cast, overload
 
 from .errors import UserError
-from .files import show
+from .files import show, show_value
 from .value_types import as_tuples, fits, words_of
 
 Value = TypeVar("Value")
@@ -87,7 +87,7 @@ class Options:
         if hasattr(value, "tolist"):
             value = value.tolist()
         if not fits(value, kind):
-            raise UserError(f"{flag_of(name)} {show(repr(value))[:60]}: {words_of(kind)} is needed")
+            raise UserError(f"{flag_of(name)} {show_value(value)}: {words_of(kind)} is needed")
         object.__setattr__(self, name, as_tuples(value) if "tuple[" in str(kind) else value)
 
     def changed(self, *names: str) -> str:

@@ -359,18 +359,16 @@ def test_options_have_the_types_of_the_command_line() -> None:
 
 @pytest.mark.parametrize("value", [None, 5, 1.5, b"x", [], "a\0b", np.zeros(3)])
 def test_what_is_no_path_is_refused_by_the_argument_s_name(value: Any) -> None:
-    with pytest.raises(mplicits.UserError, match=r"^scene .*: a path is needed"):
-        mplicits.compose(value)
-    with pytest.raises(mplicits.UserError, match=r"^folder .*: a path is needed"):
-        mplicits.photos(value)
-    with pytest.raises(mplicits.UserError, match=r"^shape .*: a path is needed"):
-        FIELD.evaluate(value)
-    with pytest.raises(mplicits.UserError, match=r"^checkpoints( .*: a path is needed|: name one file)"):
-        mplicits.import_checkpoints(value)
-    with pytest.raises(mplicits.UserError, match=r"^path .*: a path is needed"):
-        FIELD.save(value)
-    with pytest.raises(mplicits.UserError, match=r"^model .*: mplicits.load and mplicits.train make a Field"):
-        mplicits.Field(value)
+    for call, message in (
+        (mplicits.compose, "scene .*: a path is needed"),
+        (mplicits.photos, "folder .*: a path is needed"),
+        (FIELD.evaluate, "shape .*: a path is needed"),
+        (mplicits.import_checkpoints, "checkpoints( .*: a path is needed|: name one file)"),
+        (FIELD.save, "path .*: a path is needed"),
+        (mplicits.Field, "model .*: mplicits.load and mplicits.train make a Field"),
+    ):
+        with pytest.raises(mplicits.UserError, match=f"^{message}"):
+            call(value)
     if value is not None:
         with pytest.raises(mplicits.UserError, match=r"^log .*: a path is needed"):
             mplicits.report(FIELD, log=value)
