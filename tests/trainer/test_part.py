@@ -340,7 +340,7 @@ def test_a_signal_at_any_moment_can_be_resumed_bit_for_bit(number: signal.Signal
         assert process.wait() == 0
         whole = time.perf_counter() - began
     moments, stopped = Random(int(number)), 0
-    for _ in range(20):
+    for _ in range(30):
         with run(str(OUTPUT), "--resume") as process:
             try:
                 process.wait(moments.uniform(0.2, 1.0) * whole)
@@ -349,8 +349,11 @@ def test_a_signal_at_any_moment_can_be_resumed_bit_for_bit(number: signal.Signal
             code = process.wait()
         stopped += code == 128 + number
         assert code in (0, 128 + number, -number), "the last one: Python was still starting"
-        if code == 0:
+        if code == 0 and stopped:
             break
+        if code == 0:  # the unbroken training took longer than this one: another program was busy
+            OUTPUT.unlink()
+            whole /= 2
     else:
         with run(str(OUTPUT), "--resume") as process:
             assert process.wait() == 0
