@@ -18,7 +18,7 @@ class Bar:
         """Start a bar for a stage of `total` points."""
         self.end()
         form = "{desc} |{bar}| {percentage:3.0f}% {remaining} left"
-        seconds = 0.1 if sys.stderr.isatty() else 10.0
+        seconds, delay = (0.1, 0.0) if sys.stderr.isatty() else (10.0, 10.0)  # Logs get bars of long stages alone.
         self._bar = tqdm(
             total=total,
             desc=stage,
@@ -27,6 +27,7 @@ class Bar:
             leave=False,
             file=sys.stderr,
             mininterval=seconds,
+            delay=delay,
         )
 
     def advance(self, points: int) -> None:
