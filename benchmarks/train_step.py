@@ -37,6 +37,7 @@ import protocol
 from mplicits.trainer import machine
 from mplicits.trainer.config import LossConfig
 from mplicits.trainer.level import LevelStep
+from mplicits.trainer.networks.muon import Muon
 from mplicits.trainer.networks.nested import field_and_gradient
 from mplicits.trainer.networks.network import Weights, initial, value
 from mplicits.trainer.networks.optimizer import Optimizer
@@ -86,7 +87,7 @@ class Case:
         """Make a step of our trainer."""
         weights, generator = self.weights(), torch.Generator().manual_seed(0)
         step = LevelStep(self.surface, self.volume, LossConfig.residual, generator, batch=self.batch)
-        optimizer = Optimizer(weights, 1e-4, 0.1)
+        optimizer = Muon(weights, 1e-4, 0.1)
 
         def run() -> None:
             step(weights)

@@ -1,13 +1,15 @@
-"""The optimizer takes the steps of torch.optim.Adam, without what that class imports; its rate follows a schedule."""
+"""The optimizers take the steps of torch's, without what its classes import; the rate follows a schedule."""
 
 import subprocess
 import sys
 
 import pytest
+import torch
 
 from mplicits.trainer.networks.fit import WARM_UP, schedule
+from mplicits.trainer.networks.muon import Muon, orthogonal
 
-PROGRAM = """
+ADAM = """
 import sys, torch
 from mplicits.trainer.networks.optimizer import BETAS, Optimizer
 
@@ -32,11 +34,67 @@ for step, drawn in enumerate(gradients):
     adam.step()
 print(all(torch.equal(a, b) for a, b in zip(ours, theirs)))
 """
+MUON = """
+import sys, torch
+from mplicits.trainer.networks.muon import ITERATIONS, MOMENTUM, ROOT_MEAN_SQUARE, Muon
+from mplicits.trainer.networks.network import initial
+
+generator = torch.Generator().manual_seed(0)
+ours = initial((16, 3), 20.0, 1, generator)
+theirs = [weight.clone() for weight in ours]
+hidden, others = theirs[2:-2:2], [weight for weight in theirs if weight.shape != (16, 16)]
+gradients = [[torch.randn(weight.shape, generator=generator) for weight in ours] for _ in range(5)]
+optimizer = Muon(ours, 0.02, 1.0)
+for step, drawn in enumerate(gradients):
+    for weight, gradient in zip(ours, drawn):
+        weight.grad.copy_(gradient)
+    optimizer.step(1 - 0.1 * step)
+    assert not any(weight.grad.any() for weight in ours)
+print("torch._dynamo" in sys.modules)
+muon = torch.optim.Muon(hidden, weight_decay=0, momentum=MOMENTUM, ns_steps=ITERATIONS, adjust_lr_fn="match_rms_adamw")
+adam = torch.optim.Adam(others, betas=(0.9, 0.99), eps=1e-12)
+for step, drawn in enumerate(gradients):
+    for weight, gradient in zip(theirs, drawn):
+        weight.grad = gradient
+    muon.param_groups[0]["lr"] = (1 - 0.1 * step) * 0.02 * ROOT_MEAN_SQUARE / 0.2  # torch has 0.2
+    adam.param_groups[0]["lr"] = (1 - 0.1 * step) * 0.02
+    muon.step()
+    adam.step()
+print(max((a - b).abs().max().item() for a, b in zip(ours, theirs)))
+"""
 
 
 def test_steps_match_torch_optim_adam() -> None:
-    run = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True, check=True)
+    run = subprocess.run([sys.executable, "-c", ADAM], capture_output=True, text=True, check=True)
     assert run.stdout.split() == ["False", "True"]
+
+
+def test_steps_of_hidden_layers_match_torch_optim_muon() -> None:
+    run = subprocess.run([sys.executable, "-c", MUON], capture_output=True, text=True, check=True)
+    imports, difference = run.stdout.split()
+    assert imports == "False"
+    assert float(difference) < 1e-3, "5 steps of up to 0.02; torch rounds products to 16 bits"
+
+
+def test_singular_values_come_near_one() -> None:
+    matrices = torch.randn(3, 40, 40, generator=torch.Generator().manual_seed(0))
+    found = torch.linalg.svdvals(orthogonal(matrices))
+    assert found.max() < 1.3
+    assert (found > 0.5).double().mean() > 0.9
+    directions = torch.linalg.svd(matrices)
+    polar = directions.U @ directions.Vh
+    cosines = (orthogonal(matrices) * polar).sum(dim=(1, 2)) / orthogonal(matrices).norm(dim=(1, 2)) / 40**0.5
+    assert cosines.min() > 0.95
+
+
+def test_a_network_without_hidden_layers_has_no_matrices() -> None:
+    weights = [torch.zeros(4, 3), torch.zeros(4), torch.zeros(1, 4), torch.zeros(1)]
+    optimizer = Muon(weights, 0.02, 0.1)
+    for weight in weights:
+        assert weight.grad is not None
+        weight.grad += 1
+    optimizer.step(1.0)
+    assert all(weight.all() for weight in weights)
 
 
 def test_the_rate_rises_and_then_falls_along_a_cosine() -> None:

@@ -23,8 +23,8 @@ from mplicits.model.model_file import TRAINING, load, save
 from mplicits.trainer import level, machine, part
 from mplicits.trainer.config import LossConfig
 from mplicits.trainer.mining import Miner
+from mplicits.trainer.networks.muon import Muon
 from mplicits.trainer.networks.network import initial
-from mplicits.trainer.networks.optimizer import Optimizer
 from mplicits.trainer.networks.snapshot import Snapshot
 from mplicits.trainer.part import Part
 from mplicits.trainer.progress import TrainingBar
@@ -291,9 +291,9 @@ def test_a_signal_inside_a_step_waits_for_its_end(
 ) -> None:
     """The signal comes between gradient and optimizer; the resumed training has every bit of an unbroken one."""
     log, steps = Log(), [0]
-    take = Optimizer.step
+    take = Muon.step
 
-    def pressed(optimizer: Optimizer, factor: float) -> None:
+    def pressed(optimizer: Muon, factor: float) -> None:
         steps[0] += log.stages[-1].startswith(stage)
         if steps[0] == 20:
             signal.raise_signal(number)
@@ -301,7 +301,7 @@ def test_a_signal_inside_a_step_waits_for_its_end(
 
     begin_work()
     with monkeypatch.context() as patch:
-        patch.setattr(Optimizer, "step", pressed)
+        patch.setattr(Muon, "step", pressed)
         stopped = Training(ball, SETTINGS, log, part=Part(OUTPUT, log.say)).run()
     record = stopped.provenance["texture"] or stopped.provenance["levels"][-1]
     assert record["steps"] == 20
@@ -311,12 +311,12 @@ def test_a_signal_inside_a_step_waits_for_its_end(
 
 @pytest.mark.usefixtures("_handlers")
 def test_a_second_signal_ends_the_training_inside_the_step(ball: Shape, monkeypatch: pytest.MonkeyPatch) -> None:
-    def pressed(_: Optimizer, __: float) -> None:
+    def pressed(_: Muon, __: float) -> None:
         signal.raise_signal(signal.SIGINT)
         signal.raise_signal(signal.SIGTERM)
 
     begin_work()
-    monkeypatch.setattr(Optimizer, "step", pressed)
+    monkeypatch.setattr(Muon, "step", pressed)
     with pytest.raises(SecondInterrupt):
         Training(ball, SETTINGS, Log(), part=Part(OUTPUT, print)).run()
     assert not PART.exists()

@@ -9,8 +9,8 @@ import torch
 
 from ...model.interrupts import SecondInterrupt, between_steps
 from .callback import Callback, FitState
+from .muon import Muon
 from .network import Weights
-from .optimizer import Optimizer
 from .snapshot import Resumable, Snapshot
 
 WARM_UP = 0.05  # share of the schedule in which the rate rises; it then falls to zero along a cosine
@@ -183,7 +183,7 @@ class _Attempt:
     ) -> None:
         self._weights, self._task, self._restarts, self._callbacks = weights, task, restarts, callbacks
         self._bare = [w.detach() for w in weights]
-        self._optimizer = Optimizer(weights, task.rate, task.output_factor)
+        self._optimizer = Muon(weights, task.rate, task.output_factor)
         self.steps, self.share, self.loss = 0, budget.done, 0.0
         self._watched = 0  # Steps since the loss is watched.
         self.failed = ""  # "diverged", "collapsed", or empty.
