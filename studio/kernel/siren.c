@@ -10,6 +10,7 @@
 #include <wasm_simd128.h>
 
 #define EXPORT __attribute__((visibility("default")))
+#define INLINE static inline __attribute__((always_inline)) // the only functions that studio/compile.py inlines
 
 typedef float Floats __attribute__((vector_size(16)));
 typedef int Ints __attribute__((vector_size(16)));
@@ -86,7 +87,7 @@ EXPORT float *factors_at(void) { return &factors.value; }
 
 // --- Vectors
 
-static Floats all(float x) { return (Floats){x, x, x, x}; }
+INLINE Floats all(float x) { return (Floats){x, x, x, x}; }
 static float sum(Floats x) { return (x[0] + x[1]) + (x[2] + x[3]); }
 static float row_sum(const Floats *row) {
     Floats total = all(0);
@@ -96,7 +97,7 @@ static float row_sum(const Floats *row) {
 static Floats select(Ints mask, Floats yes, Floats no) { return (Floats)(((Ints)yes & mask) | ((Ints)no & ~mask)); }
 
 // Sine and cosine, by the nearest multiple of pi / 2 and the polynomials of Cephes (Moshier); error 1e-7.
-static inline __attribute__((always_inline)) void sine_cosine(Floats x, Floats *sine, Floats *cosine) {
+INLINE void sine_cosine(Floats x, Floats *sine, Floats *cosine) {
     Floats turns = (Floats)wasm_f32x4_nearest((v128_t)(x * all(0.63661977236758134f)));
     Floats r = x - turns * all(1.5703125f) - turns * all(4.837512969970703125e-4f) - turns * all(7.549789948768648e-8f);
     Floats q = r * r;
