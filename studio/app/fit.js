@@ -1,4 +1,4 @@
-import {Adam, schedule} from "./optimizer.js";
+import {Optimizer, schedule} from "./optimizer.js";
 import {TrainingError} from "./training_error.js";
 
 // The optimization of one network (trainer/networks/fit.py): steps along a schedule, and restarts after a divergence or
@@ -6,9 +6,9 @@ import {TrainingError} from "./training_error.js";
 const RESTARTS = 3, SLOWER = 3, WINDOW = 50, WATCH_FROM = 0.25, IDLE = 0.97;
 
 // Trains the network of a task that the team has begun.
-// task: {start, factors, rate, outputFactor, outputs, rounded}: start returns the first weights; factors returns those
-// of the loss at a share of the schedule; outputs is the number of the output layer's weights; rounded returns the
-// weights that a step sees.
+// task: {network, layout, start, factors, rate, outputFactor, outputs, rounded, kernel}: start returns the first weights;
+// factors returns those of the loss at a share of the schedule; outputs is the number of the output layer's weights;
+// rounded returns the weights that a step sees; kernel has the exports of an instance for the optimizer alone.
 // timer: returns the finished share of the schedule after a number of steps, in [0, 1].
 // afterStep: called with {steps, share, loss, meanF, weights}, means of the last steps; may return a promise. "stop" ends
 // the training; "changed" says that samples or factors are new, so that losses before and after do not compare.
@@ -29,7 +29,7 @@ async function lossOf(team, weights, factors) {
 
 // Returns null where the training diverges or collapses.
 async function attempt(team, task, rate, timer, afterStep) {
-    const weights = task.start(), adam = new Adam(weights, task.outputs, rate, task.outputFactor);
+    const weights = task.start(), optimizer = new Optimizer(weights, task, rate);
     let steps = 0, watched = 0, mean = 0, f = 0, idle = null, answer = "changed", share = timer(0);
     while (share < 1 && answer !== "stop") {
         if (answer === "changed") {
@@ -38,7 +38,7 @@ async function attempt(team, task, rate, timer, afterStep) {
         }
         const seen = task.rounded(weights), {loss, meanF, gradients} = await lossOf(team, seen, task.factors(share));
         if (!Number.isFinite(loss)) return null;
-        adam.step(gradients, schedule(share));
+        optimizer.step(gradients, schedule(share));
         ++steps;
         if (share >= WATCH_FROM) ++watched;
         mean += Math.max(1 / WINDOW, 1 / Math.max(1, watched)) * (loss - mean);

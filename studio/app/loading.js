@@ -1,10 +1,11 @@
 import {pause} from "./device.js";
 import {element} from "./messages.js";
 
-// Gives the shape on the stage and the kernel to all of its workers, once. shape: see state.js.
+// Gives the shape on the stage and the kernel to all of its workers, once. shape: see state.js. Returns the compiled
+// kernel.
 export async function loadTeam(shape) {
     shape.loading ??= toWorkers(shape);
-    await shape.loading;
+    return shape.loading;
 }
 
 async function toWorkers({team, read}) {
@@ -14,4 +15,5 @@ async function toWorkers({team, read}) {
         await pause(k); // a task for each: a large shape takes long to copy
         await team.ask(k, "load", {module, read: {...read, normals: null}}); // the facets have theirs
     }));
+    return module;
 }

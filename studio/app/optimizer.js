@@ -1,27 +1,58 @@
-// Adam (Kingma and Ba 2015) as in trainer/networks/optimizer.py, with a rate of its own for the output layer.
-const MEAN = 0.9, VARIANCE = 0.99, EPSILON = 1e-12;
+import {INPUTS} from "./kernel.js";
 
-export class Adam {
-    // outputs: number of the last weights that belong to the output layer; outputFactor: factor on their rate.
-    constructor(weights, outputs, rate, outputFactor) {
-        Object.assign(this, {weights, outputs, rate, outputFactor, steps: 0});
+// The optimizer of a network, as in trainer/networks/optimizer.py: Muon (Jordan et al. 2024, with the rate of Liu et al.
+// 2025) moves the hidden matrices; Adam (Kingma and Ba 2015) moves all else, the output layer at a rate of its own.
+const MEAN = 0.9, VARIANCE = 0.99, EPSILON = 1e-12; // of Adam
+const MOMENTUM = 0.95, POLAR_STEPS = 5; // of Muon; iterations of orthogonalize() in kernel/siren.c
+const MUON_LENGTH = 0.2; // root mean square of Muon's steps, relative to the rate, as of Adam's
+
+export class Optimizer {
+    // weights: of a network, in the kernel's order; task: see fit(); rate: of all but the output layer.
+    constructor(weights, {network: {width, depth}, layout, outputs, outputFactor, kernel}, rate) {
+        const size = width * width, output = weights.length - outputs;
+        const hidden = Array.from({length: depth}, (_, j) => (INPUTS + 1) * width + j * (size + width)); // first floats
+        const starts = [0, ...hidden.map((at) => at + size), output], ends = [...hidden, output, weights.length];
+        const parts = starts.map((start, k) => ({start, end: ends[k], rate: start < output ? rate : outputFactor * rate}));
+        const at = kernel.prepare_matrices(depth, width); // replaces the buffer where that has no room
+        const matrices = new Float32Array(kernel.memory.buffer, at, depth * size);
+        Object.assign(this, {weights, kernel, hidden, size, parts, matrices, steps: 0});
+        this.matrixRate = MUON_LENGTH * Math.sqrt(layout.width) * rate;
         this.means = new Float32Array(weights.length);
-        this.squares = new Float32Array(weights.length);
+        this.squares = new Float32Array(weights.length); // of Adam only
     }
 
     // Takes a step with `factor` times the rates. gradients: arrays whose sum is the gradient.
     step(gradients, factor) {
-        const {weights, means, squares} = this, first = weights.length - this.outputs;
+        const gradient = new Float32Array(this.weights.length);
+        for (const own of gradients) for (let i = 0; i < gradient.length; ++i) gradient[i] += own[i];
         ++this.steps;
-        const bias = 1 - MEAN ** this.steps, root = Math.sqrt(1 - VARIANCE ** this.steps);
-        for (let i = 0; i < weights.length; ++i) {
-            let g = 0;
-            for (const gradient of gradients) g += gradient[i];
+        for (const part of this.parts) this.moveByAdam(part, gradient, factor);
+        this.moveByMuon(gradient, factor);
+    }
+
+    moveByAdam({start, end, rate}, gradient, factor) {
+        const {weights, means, squares, steps} = this;
+        const bias = 1 - MEAN ** steps, root = Math.sqrt(1 - VARIANCE ** steps);
+        for (let i = start; i < end; ++i) {
+            const g = gradient[i];
             means[i] += (1 - MEAN) * (g - means[i]);
             squares[i] += (1 - VARIANCE) * (g * g - squares[i]);
-            const rate = factor * this.rate * (i < first ? 1 : this.outputFactor);
-            weights[i] -= rate / bias * means[i] / (Math.sqrt(squares[i]) / root + EPSILON);
+            weights[i] -= factor * rate / bias * means[i] / (Math.sqrt(squares[i]) / root + EPSILON);
         }
+    }
+
+    moveByMuon(gradient, factor) {
+        const {weights, means, matrices, hidden, size, kernel} = this, rate = factor * this.matrixRate;
+        hidden.forEach((at, j) => {
+            for (let i = 0; i < size; ++i) {
+                const g = gradient[at + i], mean = means[at + i] += (1 - MOMENTUM) * (g - means[at + i]);
+                matrices[j * size + i] = g + MOMENTUM * (mean - g); // Nesterov
+            }
+        });
+        kernel.orthogonalize(POLAR_STEPS);
+        hidden.forEach((at, j) => {
+            for (let i = 0; i < size; ++i) weights[at + i] -= rate * matrices[j * size + i];
+        });
     }
 }
 

@@ -100,13 +100,13 @@ async function train(chosen, start, began) {
     try {
         mine.live = new LivePicture(shape, groundOfShape(), chosen, hasColors);
         mine.live.compile().catch(fail);
-        await loadTeam(shape);
+        const module = await loadTeam(shape);
         const settings = suitedSettings(chosen, await team.ask(0, "bend", facts.studio.config.bend));
         const end = Math.max(settings.seconds, clock() + LEFT_SHARE * settings.seconds);
         const afterStep = follow(mine, settings, clock, end);
         // Where the processor draws, WebGPU would be slow, and a request for it waits for the picture and blocks the page.
         const gpu = renderer.device.isSoftware ? undefined : element("step.wgsl").textContent;
-        const options = {hasColors, gpu, clock, end, start, afterStep};
+        const options = {module, hasColors, gpu, clock, end, start, afterStep};
         const trained = await trainShape(team, settings, facts.studio.config, options);
         state.result = {...trained, settings, seconds: clock(), isSaved: false};
         remember(state.result);

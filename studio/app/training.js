@@ -35,15 +35,16 @@ export function initialWeights({width, depth}, padded, outputs, omega, outputFac
 // Trains the networks of a shape that the team has loaded.
 // settings: {levels: [{width, depth}], texture: {width, depth}, omegas, steps, seconds, seed, packed, isOnGpu}; omegas and
 // steps of the levels, then of the texture; steps: null to train for `seconds`; isOnGpu: `isForced` of stepperOf.
-// config: `TrainingConfig` of trainer/config.py. hasColors: whether to train a texture. gpu: text of the WebGPU kernel,
-// or undefined. clock: returns the seconds of the training so far, without pauses; end: of the training, as of the
-// clock. start: {levels, texture, weights, share}, networks of an earlier training: finished levels, and the weights of
-// the next one at a share of its schedule, or null.
+// config: `TrainingConfig` of trainer/config.py. module: the compiled kernel, a WebAssembly.Module. hasColors: whether to
+// train a texture. gpu: text of the WebGPU kernel, or undefined. clock: returns the seconds of the training so far,
+// without pauses; end: of the training, as of the clock. start: {levels, texture, weights, share}, networks of an
+// earlier training: finished levels, and the weights of the next one at a share of its schedule, or null.
 // afterStep: called after each step with {stage, steps, share, done, loss, weights, levels, network, layout}: share of
 // the stage, done of the whole; may return a promise; "stop" ends the training.
 // Returns {levels: [{network, layout, weights, steps, share, loss, restarts, seconds, delta, lipschitz,
 // stepBound, bandStepBound, meanF, distance, angle}], texture: the same up to `seconds`, or null}.
-export async function trainShape(team, settings, config, {hasColors = false, gpu, clock, end, start, afterStep}) {
+export async function trainShape(team, settings, config, {module, hasColors = false, gpu, clock, end, start, afterStep}) {
+    const {exports: kernel} = await WebAssembly.instantiate(module);
     const trained = {levels: [...start?.levels ?? []], texture: start?.texture ?? null};
     const withTexture = hasColors && !trained.texture, costs = stageCosts(settings, config.budget, withTexture);
     const sum = (numbers) => numbers.reduce((total, number) => total + number, 0);
@@ -59,7 +60,7 @@ export async function trainShape(team, settings, config, {hasColors = false, gpu
         const time = timer(first, settings.steps?.[i], clock, stageEnd);
         const stepper = await stepperOf(team, gpu, stage.network, stage.part, settings.isOnGpu);
         const mine = isTexture ? () => {} : miner(team, stage, config, () => (stageEnd ?? Infinity) - clock());
-        const outcome = await fit(stepper, stage, time, async (state) => {
+        const outcome = await fit(stepper, {...stage, kernel}, time, async (state) => {
             const isMined = await mine(state);
             return await afterStep({
                 ...state, stage: i, done: (sum(costs.slice(0, i)) + costs[i] * state.share) / sum(costs),

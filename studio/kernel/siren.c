@@ -6,6 +6,8 @@
 // Inputs are (x, y, z, time). Widths are multiples of 4: the host adds neurons whose weights are zero; they stay zero.
 // Weights are one array: W_0 (width, 4), b_0, then W_j (width, width) and b_j of each hidden layer, then the output
 // layer (outputs, width) and its biases. Their gradient is an array of the same shape.
+//
+// The last part makes matrices orthogonal, for the optimizer's step.
 
 #include <wasm_simd128.h>
 
@@ -367,6 +369,73 @@ EXPORT void evaluate(int count) {
                 result[k] = row[p / 4][p % 4];
             }
         }
+    }
+}
+
+// --- Orthogonal matrices, in an instance of the kernel that has no network
+
+static int matrix_count, size;
+static float *matrices, *gram, *polynomial, *next;
+
+// Makes room for `count` matrices (n, n), and returns their address. n: a multiple of 4.
+EXPORT float *prepare_matrices(int count, int n) {
+    unsigned long bytes = 4 * n * n;
+    matrix_count = count, size = n;
+    top = ((unsigned long)&__heap_base + 15) & ~15ul;
+    matrices = take(count * bytes), gram = take(bytes), polynomial = take(bytes), next = take(bytes);
+    return matrices;
+}
+
+// to = share * base + factor * a b, in 4 rows from o, and in 1 or 2 vectors of columns from p. The element of a in row i
+// and column k is a[i * row + k * column].
+INLINE void block(
+    float *to, float share, const float *base, float factor, const float *a, int row, int column, const float *b, int o,
+    int p, int vectors
+) {
+    Floats sums[4][2];
+    for (int i = 0; i < 4; ++i) sums[i][0] = sums[i][1] = all(0);
+    a += o * row, b += p;
+    for (int k = 0; k < size; ++k, a += column, b += size)
+        for (int i = 0; i < 4; ++i)
+            for (int v = 0; v < vectors; ++v) sums[i][v] += all(a[i * row]) * ((const Floats *)b)[v];
+    for (int i = 0; i < 4; ++i)
+        for (int v = 0; v < vectors; ++v) {
+            int at = (o + i) * size + p + 4 * v;
+            *(Floats *)(to + at) = all(share) * *(const Floats *)(base + at) + all(factor) * sums[i][v];
+        }
+}
+
+// to = share * base + factor * a b, or a^T b. is_symmetric: the result is symmetric; half of it is computed.
+static void combine(
+    float *to, float share, const float *base, float factor, const float *a, int is_transposed, const float *b,
+    int is_symmetric
+) {
+    int row = is_transposed ? 1 : size, column = is_transposed ? size : 1;
+    for (int o = 0; o < size; o += 4) {
+        int p = is_symmetric ? o & ~7 : 0;
+        for (; p + 8 <= size; p += 8) block(to, share, base, factor, a, row, column, b, o, p, 2);
+        if (p < size) block(to, share, base, factor, a, row, column, b, o, p, 1);
+    }
+    for (int o = 0; is_symmetric && o < size; ++o)
+        for (int p = 0; p < o; ++p) to[o * size + p] = to[p * size + o];
+}
+
+// Moves each prepared matrix near to the orthogonal factor of its polar decomposition, by the Newton-Schulz iteration of
+// Muon (Jordan et al. 2024): X = a X + X (b X^T X + c (X^T X)^2), which brings the singular values near 1.
+EXPORT void orthogonalize(int iterations) {
+    int entries = size * size;
+    for (int m = 0; m < matrix_count; ++m) {
+        float *own = matrices + m * entries, *x = own, *to = next, squares = 0;
+        for (int i = 0; i < entries; ++i) squares += x[i] * x[i];
+        float factor = 1 / (__builtin_sqrtf(squares) + 1e-20f);
+        for (int i = 0; i < entries; ++i) x[i] *= factor;
+        for (int i = 0; i < iterations; ++i) {
+            combine(gram, 0, x, 1, x, 1, x, 1);
+            combine(polynomial, -4.775f, gram, 2.0315f, gram, 1, gram, 1);
+            combine(to, 3.4445f, x, 1, x, 0, polynomial, 0);
+            float *swap = x; x = to; to = swap;
+        }
+        if (x != own) __builtin_memcpy(own, x, 4 * entries);
     }
 }
 

@@ -34,7 +34,8 @@ TRAIN = """async ([worker, wasm, vertices, faces, settings, config, gpu, lostAt]
     mesh.colors = {vertex: new Float32Array(mesh.vertices.length).fill(0.7), materials: [{color: [1, 1, 1]}]};
     await team.all("load", () => ({module, read: mesh}));
     const afterStep = ({steps}) => { ++counts.steps; if (steps === lostAt) device.destroy(); };
-    const trained = await trainShape(team, settings, config, {hasColors: true, gpu, clock: () => 0, end: 1, afterStep});
+    const options = {module, hasColors: true, gpu, clock: () => 0, end: 1, afterStep};
+    const trained = await trainShape(team, settings, config, options);
     team.dismiss();
     Object.assign(GPUAdapter.prototype, {requestDevice});
     Object.assign(GPUQueue.prototype, {submit});

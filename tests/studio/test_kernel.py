@@ -1,4 +1,4 @@
-"""Tests of the WebAssembly kernel in another runtime than a browser's (Wasmtime), against torch.autograd in 64 bits."""
+"""The WebAssembly kernel in another runtime than a browser's (Wasmtime), against torch and NumPy in 64 bits."""
 
 from pathlib import Path
 from shutil import which
@@ -10,18 +10,21 @@ from torch import Tensor
 
 from mplicits.studio.compile import SOURCE, compile_kernel
 from support import training_steps
+from support.muon import ITERATIONS, nearly_orthogonal
 from support.training_steps import COUNT, ON, SMOOTHNESS, WEIGHT, assert_near, level_samples, network, texture_samples
 
 KERNEL = SOURCE.with_suffix(".wasm")
 
 
 class Kernel:
-    """The kernel with one network."""
+    """The kernel with at most one network."""
 
-    def __init__(self, weights: list[Tensor]) -> None:
+    def __init__(self, weights: list[Tensor] | None = None) -> None:
         store = wasmtime.Store()
         module = wasmtime.Module.from_file(store.engine, str(KERNEL))
         self._exports, self._store = wasmtime.Instance(store, module, []).exports(store), store
+        if not weights:
+            return
         width, outputs = len(weights[0]), len(weights[-1])
         self.call("prepare", width, len(weights) // 2 - 2, outputs, COUNT)
         packed = training_steps.packed(weights)
@@ -32,12 +35,13 @@ class Kernel:
         """Call a function of the kernel."""
         return self._exports[name](self._store, *arguments)  # type: ignore[operator, no-any-return]
 
-    def floats(self, at: str, count: int) -> np.ndarray:
+    def floats(self, at: str, count: int, *arguments: int) -> np.ndarray:
         """Return a view of `count` floats of the kernel's memory. at: the function that returns the address."""
+        start = self.call(at, *arguments)
         memory = self._exports["memory"]
         assert isinstance(memory, wasmtime.Memory)
         whole = np.ctypeslib.as_array(memory.data_ptr(self._store), shape=(memory.data_len(self._store),))
-        return whole[self.call(at) :][: 4 * count].view(np.float32)
+        return whole[start:][: 4 * count].view(np.float32)
 
     def gradient(self) -> list[np.ndarray]:
         """Return the gradient in the shapes of the weights."""
@@ -105,3 +109,18 @@ def test_the_texture_step_equals_autograd(width: int, depth: int) -> None:
     kernel.call("evaluate", COUNT)
     results = kernel.floats("results_at", 4 * COUNT).reshape(COUNT, 4)
     np.testing.assert_allclose(results[:, :3], truth.values, atol=1e-6)
+
+
+@pytest.mark.parametrize("width", [4, 8, 12, 44, 64])
+def test_matrices_become_nearly_orthogonal(width: int) -> None:
+    matrices = np.random.default_rng(width).normal(scale=1e-5, size=(4, width, width)).astype(np.float32)
+    matrices[1, -3:] = matrices[1, :, -3:] = 0  # padding neurons
+    matrices[2] = 0
+    kernel = Kernel()
+    ours = kernel.floats("prepare_matrices", matrices.size, len(matrices), width)
+    ours[:] = matrices.ravel()
+    kernel.call("orthogonalize", ITERATIONS)
+    ours = ours.reshape(matrices.shape)
+    np.testing.assert_allclose(ours, [nearly_orthogonal(matrix) for matrix in matrices], atol=2e-5)
+    assert not ours[1, -3:].any()
+    assert not ours[1, :, -3:].any()

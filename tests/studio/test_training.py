@@ -18,8 +18,8 @@ from mplicits.trainer import tracing
 from mplicits.trainer.config import TrainingConfig
 from mplicits.trainer.networks.fit import schedule
 from mplicits.trainer.networks.network import from_model
-from mplicits.trainer.networks.optimizer import Optimizer
 from support.ball_training import QUICK
+from support.muon import Muon
 from support.page_scripts import BYTES, packed, run
 
 if TYPE_CHECKING:
@@ -31,10 +31,14 @@ DISTANCES = """([vertices, faces, points]) => {
     const shape = new Shape(new Float64Array(bytesOf(vertices)), new Uint32Array(bytesOf(faces)));
     return Array.from({length: at.length / 3}, (_, i) => shape.distance(at[3 * i], at[3 * i + 1], at[3 * i + 2]));
 }"""
-STEPS = """([start, gradients, rate, factor]) => {
-    const adam = new Adam(Float32Array.from(start), 3, rate, factor);
-    gradients.forEach((gradient, k) => adam.step([gradient, gradient], schedule(k / gradients.length)));
-    return [...adam.weights];
+STEPS = """async ([wasm, start, gradients, task]) => {
+    const {instance: {exports: kernel}} = await WebAssembly.instantiate(bytesOf(wasm));
+    const optimizer = new Optimizer(new Float32Array(bytesOf(start)), {...task, kernel}, task.rate);
+    gradients.forEach((text, k) => {
+        const gradient = new Float32Array(bytesOf(text));
+        optimizer.step([gradient, gradient], schedule(k / gradients.length));
+    });
+    return [...optimizer.weights];
 }"""
 TRAIN = """async ([worker, wasm, vertices, faces, crease, settings, config]) => {
     const team = new Team(worker, 2), module = await WebAssembly.compile(bytesOf(wasm)), told = [];
@@ -43,13 +47,14 @@ TRAIN = """async ([worker, wasm, vertices, faces, crease, settings, config]) => 
     const {preview, ...read} = await team.ask(0, "read", {earlier, crease, plain: [1, 1, 1]});
     await team.all("load", () => ({module, read}));
     const afterStep = ({stage, steps, loss}) => { told.push([stage, steps, loss]); };
-    const trained = await trainShape(team, settings, config, {clock: () => 0, end: 1, afterStep});
+    const trained = await trainShape(team, settings, config, {module, clock: () => 0, end: 1, afterStep});
     team.dismiss();
     const figures = trained.levels.map(({meanF, angle}) => [meanF, angle]);
     const shape = {name: "a ball", center: [1, 2, 3], scale: 4};
     return {told, figures, scale: read.scale, file: [...modelFile(shape, trained, {made_by: "page"})]};
 }"""
-SETTINGS = {"levels": [{"width": 14, "depth": 1}] * 2, "omegas": [8, 16], "steps": [200, 200], "seed": 3}
+STEP_COUNT = 20
+SETTINGS = {"levels": [{"width": 14, "depth": 1}] * 2, "omegas": [8, 16], "steps": [200, 200], "seed": 0}
 
 
 @pytest.fixture
@@ -59,18 +64,39 @@ def page(browser: "Browser") -> "Page":
     return page
 
 
-def test_the_optimizer_is_torch_s(page: "Page") -> None:
-    rng = np.random.default_rng(0)
-    start, gradients = rng.normal(size=(6,)).astype(np.float32), rng.normal(size=(20, 6)).astype(np.float32)
-    weights = [torch.from_numpy(part.copy()) for part in np.split(start, [3, 4])]
-    optimizer = Optimizer(weights, 0.02, 0.3)
-    for k, gradient in enumerate(gradients):
-        for weight, part in zip(weights, np.split(2 * gradient, [3, 4]), strict=True):
-            assert weight.grad is not None
-            weight.grad += torch.from_numpy(part)
-        optimizer.step(schedule(k / len(gradients)))
-    ours = run(page, ("optimizer.js",), STEPS, [start.tolist(), gradients.tolist(), 0.02, 0.3])
-    np.testing.assert_allclose(ours, torch.cat(weights).numpy(), atol=1e-6)
+@pytest.mark.parametrize(("width", "padded", "depth"), [(8, 8, 1), (10, 12, 3), (64, 64, 2), (8, 8, 0)])
+def test_the_steps_are_muon_s_and_torch_s(page: "Page", width: int, padded: int, depth: int) -> None:
+    """Hidden matrices move as by Muon, all else as by torch.optim.Adam; padding neurons stay zero."""
+    shapes = [(padded, 4), (padded,), *[(padded, padded), (padded,)] * depth, (1, padded), (1,)]
+    rng, real = np.random.default_rng(width), np.arange(padded) < width
+    masks = [np.multiply.outer(real, real) if shape == (padded, padded) else np.ones(shape) for shape in shapes]
+    start, *gradients = (
+        [(rng.normal(size=mask.shape) * mask).astype(np.float32) for mask in masks] for _ in range(1 + STEP_COUNT)
+    )
+    task = {"network": {"width": padded, "depth": depth}, "layout": {"width": width}, "outputs": padded + 1}
+    flat = [packed(np.concatenate([part.ravel() for part in parts])) for parts in (start, *gradients)]
+    task |= {"rate": 0.02, "outputFactor": 0.3}
+    arguments = [packed(np.frombuffer(kernel(), np.uint8)), flat[0], flat[1:], task]
+    ours = np.array(run(page, ("kernel.js", "optimizer.js"), STEPS, arguments))
+
+    weights = [torch.from_numpy(part.copy()) for part in start]
+    hidden = range(2, 2 + 2 * depth, 2)
+    muon = {k: Muon(start[k][:width, :width], 0.02) for k in hidden}
+    rest = [weight for k, weight in enumerate(weights) if k not in hidden]
+    groups = [{"params": rest[:-2], "peak": 0.02}, {"params": rest[-2:], "peak": 0.006}]
+    adam = torch.optim.Adam(groups, betas=(0.9, 0.99), eps=1e-12)
+    for step, parts in enumerate(gradients):
+        factor = schedule(step / STEP_COUNT)
+        for weight, part in zip(weights, parts, strict=True):
+            weight.grad = torch.from_numpy(2 * part)
+        for group in adam.param_groups:
+            group["lr"] = factor * group["peak"]
+        adam.step()
+        for k in hidden:
+            muon[k].step(2.0 * parts[k][:width, :width], factor)
+    for k in hidden:
+        weights[k][:width, :width] = torch.from_numpy(muon[k].weight)
+    np.testing.assert_allclose(ours, torch.cat([weight.ravel() for weight in weights]).numpy(), atol=2e-6)
 
 
 def test_distances_and_signs_are_libigl_s(page: "Page") -> None:
