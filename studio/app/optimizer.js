@@ -1,10 +1,10 @@
 import {INPUTS} from "./kernel.js";
 
-// The optimizer of a network, as in trainer/networks/optimizer.py: Muon (Jordan et al. 2024, with the rate of Liu et al.
-// 2025) moves the hidden matrices; Adam (Kingma and Ba 2015) moves all else, the output layer at a rate of its own.
+// The optimizer of a network, as in trainer/networks/muon.py: Muon (Jordan et al. 2024) moves the matrices of hidden
+// layers; Adam (Kingma and Ba 2015) moves all else, the output layer at a rate of its own.
 const MEAN = 0.9, VARIANCE = 0.99, EPSILON = 1e-12; // of Adam
-const MOMENTUM = 0.95, POLAR_STEPS = 5; // of Muon; iterations of orthogonalize() in kernel/siren.c
-const MUON_LENGTH = 0.2; // root mean square of Muon's steps, relative to the rate, as of Adam's
+const MOMENTUM = 0.95, NEWTON_SCHULZ = 3; // of Muon; iterations of orthogonalize() in kernel/siren.c
+const ROOT_MEAN_SQUARE = 0.3, NARROWEST = 64; // of Muon's steps, relative to the rate; least width that counts
 
 export class Optimizer {
     // weights: of a network, in the kernel's order; task: see fit(); rate: of all but the output layer.
@@ -16,7 +16,7 @@ export class Optimizer {
         const at = kernel.prepare_matrices(depth, width); // replaces the buffer where that has no room
         const matrices = new Float32Array(kernel.memory.buffer, at, depth * size);
         Object.assign(this, {weights, kernel, hidden, size, parts, matrices, steps: 0});
-        this.matrixRate = MUON_LENGTH * Math.sqrt(layout.width) * rate;
+        this.matrixRate = ROOT_MEAN_SQUARE * Math.sqrt(Math.max(layout.width, NARROWEST)) * rate;
         this.means = new Float32Array(weights.length);
         this.squares = new Float32Array(weights.length); // of Adam only
     }
@@ -49,7 +49,7 @@ export class Optimizer {
                 matrices[j * size + i] = g + MOMENTUM * (mean - g); // Nesterov
             }
         });
-        kernel.orthogonalize(POLAR_STEPS);
+        kernel.orthogonalize(NEWTON_SCHULZ);
         hidden.forEach((at, j) => {
             for (let i = 0; i < size; ++i) weights[at + i] -= rate * matrices[j * size + i];
         });

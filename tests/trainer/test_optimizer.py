@@ -40,9 +40,9 @@ from mplicits.trainer.networks.muon import ITERATIONS, MOMENTUM, ROOT_MEAN_SQUAR
 from mplicits.trainer.networks.network import initial
 
 generator = torch.Generator().manual_seed(0)
-ours = initial((16, 3), 20.0, 1, generator)
+ours = initial((64, 3), 20.0, 1, generator)
 theirs = [weight.clone() for weight in ours]
-hidden, others = theirs[2:-2:2], [weight for weight in theirs if weight.shape != (16, 16)]
+hidden, others = theirs[2:-2:2], [weight for weight in theirs if weight.shape != (64, 64)]
 gradients = [[torch.randn(weight.shape, generator=generator) for weight in ours] for _ in range(5)]
 optimizer = Muon(ours, 0.02, 1.0)
 for step, drawn in enumerate(gradients):

@@ -10,7 +10,10 @@ from .snapshot import Snapshot
 MOMENTUM = 0.95
 ITERATIONS = 3
 COEFFICIENTS = (3.4445, -4.775, 2.0315)  # of a polynomial that is steep at zero, and near one between 0.3 and 1
-ROOT_MEAN_SQUARE = 0.3  # of a step's entries, relative to the rate; those of Adam's steps have 0.2 to 0.4 (Liu et al. 2025)
+ROOT_MEAN_SQUARE = (
+    0.3  # of a step's entries, relative to the rate; those of Adam's steps have 0.2 to 0.4 (Liu et al. 2025)
+)
+NARROWEST = 64  # Steps of narrower matrices are as long as those of this width.
 
 
 class Muon:
@@ -48,7 +51,7 @@ class Muon:
             gradient = torch.stack(gradients)
             self._momentum.lerp_(gradient, 1 - MOMENTUM)
             step = orthogonal(torch.lerp(gradient, self._momentum, MOMENTUM))  # Nesterov's momentum
-            size = factor * self._rate * ROOT_MEAN_SQUARE * step.shape[1] ** 0.5
+            size = factor * self._rate * ROOT_MEAN_SQUARE * max(step.shape[1], NARROWEST) ** 0.5
             torch._foreach_sub_(self._matrices, list(step * size))
             torch._foreach_zero_(gradients)
 
