@@ -1,6 +1,6 @@
 """Measures textures of several sizes and frequencies, at equal work: writes docs/results/texture_size.md.
 
-    python benchmarks/texture_size.py [--sizes 32x2,48x2,..] [--omegas 30,50,..] [--steps 1800] [--seeds 0]
+    python benchmarks/texture_size.py [--sizes 48x2,64x2,..] [--omegas 30,50,..] [--steps 1800] [--seeds 0]
         [-o docs/results/texture_size.md]
 
 All textures are of Spot, on the levels of one model.
@@ -58,7 +58,7 @@ def train(shape: Shape, base: Model, plain: Settings, size: tuple[int, int], ome
 def main() -> None:
     """Train and measure every size with every frequency."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--sizes", default="32x2,48x2,64x2,96x2,128x2", metavar="NxD,..")
+    parser.add_argument("--sizes", default="48x2,64x2,96x2", metavar="NxD,..")
     parser.add_argument("--omegas", default="30,50,80,120", metavar="W,..")
     parser.add_argument("--steps", type=int, default=1800, metavar="N", help="of 64x2; other sizes get as much work")
     parser.add_argument("--seeds", default="0", metavar="K,..")
@@ -77,7 +77,7 @@ def main() -> None:
         "",
         f"Textures of Spot on one model ({LEVELS.replace(',', ' > ')}), with equal work: steps times weights are those "
         f"of {options.steps} steps of 64x2. PSNR, dB: colors of the network at {POINTS:,} points of the surface, "
-        "against the image there, sRGB in [0, 1]; the mean of the seeds " + options.seeds.replace(",", ", ") + ".",
+        "against the image there, sRGB in [0, 1]; means of the trainings with seeds " + options.seeds + ".",
         "",
         "| size | weights | steps | " + " | ".join(f"omega {omega:g}" for omega in omegas) + " |",
         "| --- | ---: | ---: |" + " ---: |" * len(omegas),
