@@ -21,7 +21,7 @@ from support.ball_training import train
 RADII = np.array((1.0, 0.7, 0.5))
 PLACES = {"near": (0.0, 0.0, 0.0), "far": (500_000.0, 120.0, -4_649_776.0)}
 """Centers, upright."""
-SETTINGS = Settings(networks=((16, 1), (16, 1)), omegas=(8.0, 16.0), steps=(250, 150, 300), up="z")
+SETTINGS = Settings(networks=((16, 1), (16, 1)), omegas=(8.0, 16.0, 16.0), steps=(250, 150, 300), up="z")
 
 
 def colored_cloud() -> Shape:
