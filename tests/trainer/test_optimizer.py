@@ -9,8 +9,20 @@ import torch
 from mplicits.trainer.networks.fit import WARM_UP, schedule
 from mplicits.trainer.networks.muon import Muon, orthogonal
 
+STEPS = """
+import sys
+
+def take_steps():
+    for step, drawn in enumerate(gradients):
+        for weight, gradient in zip(ours, drawn):
+            weight.grad.copy_(gradient)
+        optimizer.step(1 - 0.1 * step)
+        assert not any(weight.grad.any() for weight in ours)
+    print("torch._dynamo" in sys.modules)
+"""
+"""Takes the steps of our optimizer, and tells whether anything imported a compiler."""
 ADAM = """
-import sys, torch
+import torch
 from mplicits.trainer.networks.optimizer import BETAS, Optimizer
 
 torch.manual_seed(0)
@@ -19,12 +31,7 @@ ours = [torch.randn(size) for size in sizes]
 theirs = [weight.clone() for weight in ours]
 gradients = [[torch.randn(size) for size in sizes] for _ in range(5)]
 optimizer = Optimizer(ours, 0.02, 0.1)
-for step, drawn in enumerate(gradients):
-    for weight, gradient in zip(ours, drawn):
-        weight.grad.copy_(gradient)
-    optimizer.step(1 - 0.1 * step)
-    assert not any(weight.grad.any() for weight in ours)
-print("torch._dynamo" in sys.modules)
+take_steps()
 adam = torch.optim.Adam([{"params": theirs[:2]}, {"params": theirs[2:]}], betas=BETAS, eps=1e-12, fused=True)
 for step, drawn in enumerate(gradients):
     for weight, gradient in zip(theirs, drawn):
@@ -35,7 +42,7 @@ for step, drawn in enumerate(gradients):
 print(all(torch.equal(a, b) for a, b in zip(ours, theirs)))
 """
 MUON = """
-import sys, torch
+import torch
 from mplicits.trainer.networks.muon import ITERATIONS, MOMENTUM, ROOT_MEAN_SQUARE, Muon
 from mplicits.trainer.networks.network import initial
 
@@ -45,12 +52,7 @@ theirs = [weight.clone() for weight in ours]
 hidden, others = theirs[2:-2:2], [weight for weight in theirs if weight.shape != (64, 64)]
 gradients = [[torch.randn(weight.shape, generator=generator) for weight in ours] for _ in range(5)]
 optimizer = Muon(ours, 0.02, 1.0)
-for step, drawn in enumerate(gradients):
-    for weight, gradient in zip(ours, drawn):
-        weight.grad.copy_(gradient)
-    optimizer.step(1 - 0.1 * step)
-    assert not any(weight.grad.any() for weight in ours)
-print("torch._dynamo" in sys.modules)
+take_steps()
 muon = torch.optim.Muon(hidden, weight_decay=0, momentum=MOMENTUM, ns_steps=ITERATIONS, adjust_lr_fn="match_rms_adamw")
 adam = torch.optim.Adam(others, betas=(0.9, 0.99), eps=1e-12)
 for step, drawn in enumerate(gradients):
@@ -65,12 +67,12 @@ print(max((a - b).abs().max().item() for a, b in zip(ours, theirs)))
 
 
 def test_steps_match_torch_optim_adam() -> None:
-    run = subprocess.run([sys.executable, "-c", ADAM], capture_output=True, text=True, check=True)
+    run = subprocess.run([sys.executable, "-c", STEPS + ADAM], capture_output=True, text=True, check=True)
     assert run.stdout.split() == ["False", "True"]
 
 
 def test_steps_of_hidden_layers_match_torch_optim_muon() -> None:
-    run = subprocess.run([sys.executable, "-c", MUON], capture_output=True, text=True, check=True)
+    run = subprocess.run([sys.executable, "-c", STEPS + MUON], capture_output=True, text=True, check=True)
     imports, difference = run.stdout.split()
     assert imports == "False"
     assert float(difference) < 1e-3, "5 steps of up to 0.02; torch rounds products to 16 bits"

@@ -10,9 +10,7 @@ from .snapshot import Snapshot
 MOMENTUM = 0.95
 ITERATIONS = 3
 COEFFICIENTS = (3.4445, -4.775, 2.0315)  # of a polynomial that is steep at zero, and near one between 0.3 and 1
-ROOT_MEAN_SQUARE = (
-    0.3  # of a step's entries, relative to the rate; those of Adam's steps have 0.2 to 0.4 (Liu et al. 2025)
-)
+ROOT_MEAN_SQUARE = 0.3  # of a step's entries, relative to the rate: as of Adam's steps (Liu et al. 2025)
 NARROWEST = 64  # Steps of narrower matrices are as long as those of this width.
 
 
