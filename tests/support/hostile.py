@@ -9,6 +9,7 @@ import io
 import json
 import math
 import re
+from copy import deepcopy
 from random import Random
 from typing import Any
 
@@ -232,7 +233,7 @@ def _replace(value: Any, random: Random) -> None:
     elif isinstance(value, dict) and random.random() < 0.15:
         del value[key]
     else:
-        value[key] = deep(random.choice((70, 900, 10_000))) if random.random() < 0.1 else random.choice(ODD)
+        value[key] = deep(random.choice((70, 900, 10_000))) if random.random() < 0.1 else deepcopy(random.choice(ODD))
 
 
 ARGUMENTS = {

@@ -192,6 +192,9 @@ def test_renderers_share_a_context_and_outlive_one_another(osmesa: Context, rend
         {"delta_scale": -1.0},
         {"light": (0, 0, 0)},
         {"light": (1, float("nan"), 0)},
+        {"background": ((0, 0, 0), (0, float("nan"), 0))},
+        {"background": ((10**400, 0, 0), (0, 0, 0))},
+        {"split_at": 10**400},
     ],
 )
 def test_options_out_of_range_are_errors(options: dict[str, object]) -> None:

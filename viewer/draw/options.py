@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from ...codegen.targets.uniforms import SCHEDULES, SHADINGS
 from ...model.errors import UserError
+from ...model.files import show_value
 from ...model.options import Options, option
 
 Color = tuple[float, float, float]
@@ -56,20 +57,26 @@ class RenderOptions(Options):
         if self.light is not None and not any(self.light):
             raise UserError("--light: the direction needs a number that is not 0")
         if not 0.0 <= self.split_at <= 1.0:
-            raise UserError(f"split_at {self.split_at:g}: a share from 0 to 1 is needed")
+            raise UserError(f"split_at {show_value(self.split_at)}: a share from 0 to 1 is needed")
         _ = self.colors
 
     @property
     def colors(self) -> tuple[Color, Color] | None:
-        """The background's colors at the top and at the bottom. Raises UserError where the text is not a color."""
+        """The background's colors at the top and at the bottom. Raises UserError where a value is none."""
+        if self.background is None:
+            return None
         if not isinstance(self.background, str):
+            if not all(0.0 <= value <= 1.0 for color in self.background for value in color):
+                raise UserError(f"--background {show_value(self.background)}: numbers from 0 to 1 are needed")
             return self.background
         try:
             colors = [bytes.fromhex(part.removeprefix("#")) for part in self.background.split(",")]
         except ValueError:
             colors = []
         if len(colors) not in (1, 2) or any(len(color) != 3 for color in colors):
-            raise UserError(f"--background {self.background!r}: RRGGBB, or RRGGBB,RRGGBB for top,bottom, is needed")
+            raise UserError(
+                f"--background {show_value(self.background)}: RRGGBB, or RRGGBB,RRGGBB for top,bottom, is needed"
+            )
         top, bottom = (((r / 255, g / 255, b / 255)) for r, g, b in (colors[0], colors[-1]))
         return top, bottom
 
