@@ -20,9 +20,12 @@ if TYPE_CHECKING:
 ANGLE = 0.0125
 """Allowed root mean square error of the gradient near the surface, about radians of the normal."""
 SHARE = 0.5
-"""Allowed root mean square error of the distance, as a share of the last level's delta."""
-COARSE = 0.5
-"""Factor on both limits for levels before the last, whose errors the next level mostly corrects."""
+"""Allowed root mean square error of the distance, as a share of the last level's delta, but not below LEAST."""
+LEAST = 3e-4
+"""Smallest limit of this error, model units: 0.1 pixels where the radius of the shape has 330."""
+COARSE = (0.5, 0.25, 0.1)
+"""Factors on both limits for levels before the last, whose errors the next level mostly corrects. The first one counts
+that leaves the next level few enough."""
 COLOR = 2.3 / 255
 """Allowed root mean square error of the colors, in [0, 1]."""
 HIDDEN = (*range(7, 18), 20, 23, 27, 31, 37, 44, 53, 64, 77, 91, 107, 161, 322, 645)
@@ -69,11 +72,13 @@ def fewest_bits(model: Model) -> Model | None:
 
     attempts = ATTEMPTS * len(model.networks())
     with tqdm(total=attempts, bar_format="{desc}|{bar}| {percentage:3.0f}%", leave=False, disable=None) as bar:
-        return _all_rounded(model, bar)
+        factors = COARSE if len(model.levels) > 1 else COARSE[:1]
+        rounded_models = (_all_rounded(model, coarse, bar) for coarse in factors)
+        return next((found for found in rounded_models if found is not None), None)
 
 
-def _all_rounded(model: Model, bar: "tqdm[NoReturn]") -> Model | None:
-    """See `fewest_bits`. bar: counts attempts."""
+def _all_rounded(model: Model, coarse: float, bar: "tqdm[NoReturn]") -> Model | None:
+    """See `fewest_bits`. coarse: one of COARSE. bar: counts attempts."""
     program = lower(model)
     surface = _surface(program, POINTS, 1)
     if len(surface) < 500:
@@ -83,10 +88,8 @@ def _all_rounded(model: Model, bar: "tqdm[NoReturn]") -> Model | None:
     levels: list[Level] = []
     last = len(model.levels) - 1
     for i, level in enumerate(model.levels):
-        share = 1.0 if i == last else COARSE
-        limits = (share * SHARE * model.levels[last].delta, share * ANGLE)
-        if i < last:
-            limits = (share * SHARE * level.delta, limits[1])
+        share = 1.0 if i == last else coarse
+        limits = (share * max(SHARE * level.delta, LEAST), share * ANGLE)
         earlier = [done.network for done in levels]
         count = SAMPLES if level.network[0].weight.shape[0] <= 48 else WIDE_SAMPLES
         exact = [other.network for other in model.levels[: i + 1]]

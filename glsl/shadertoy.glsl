@@ -35,9 +35,9 @@ void mainImage(out vec4 o, vec2 q) {
         vec3 v = normalize(m * vec3((2. * u - r) / z, -3.17)), n = vec3(0), e, w = pow(mix(BOTTOM, TOP, u.y / r.y), vec3(2.2));
         float t = 0., h, p = 0., d = 1., s, f, g, b;
         ENTER
+        k = -1;
 #ifdef STUDIO
         float A = -1., C = 1., F = 0., W, S;
-        k = -1;
         for (int i = min(iFrame, 0); i < STEPS && k < 4 + 26 * STUDIO; i++) {
             if (k < 0 && t >= h) {
                 t = (G - 3.52 * m[2].y) / v.y;
@@ -50,7 +50,6 @@ void mainImage(out vec4 o, vec2 q) {
             vec3 x = 3.52 * m[2] + t * v;
             if (k < 10) W = k < 4 ? .002 : .028 * float((k - 4) * (k - 4));
 #else
-        int k = -1;
         for (int i = min(iFrame, 0); i < STEPS && k < 4 && t < h; i++) {
 #endif
             e = k < 0 ? vec3(0) : vec3(k + 3 >> 1 & 1, k >> 1 & 1, k & 1) - .5;

@@ -18,7 +18,7 @@ from ...ir.program import Function, Program
 from ...model.model import DELTA_FACTOR, Model
 from ..printers.cstyle import Language, Storage
 from ..printers.field import PLAIN, plain_color
-from ..printers.scalars import Scalar, VectorNotation, Writer
+from ..printers.scalars import Number, Scalar, VectorNotation, Writer
 from ..printers.scene_scalars import SceneAtPoint
 from .header import header_facts, header_line
 from .narrow_bands import rows
@@ -37,8 +37,8 @@ HULL_LENGTH = 350
 """Approximate characters of a hull."""
 NARROW = ((8, 930, 0.03), (4, 270, 0.02))
 """Grids of narrow bands, the best first: cells along an edge, characters, largest share in the text."""
-TAP = 0.001 * math.sqrt(3)
-"""Distance of a normal's taps from the surface in glsl/shadertoy.glsl."""
+NARROWEST = 0.0025
+"""Least half-width of a narrow band, model units: rays of a picture of 360 pixels end inside the band."""
 STUDIO_SHARE = 0.05
 """Largest share of the studio in the text without it. Shorter texts have only Phong shading."""
 STUDIO = re.compile(r"(?ms)^#ifdef STUDIO\n(.*?)(?:^#else\n(.*?))?^#endif\n")
@@ -67,8 +67,8 @@ def savings(program: Program, length: int) -> Savings:
 
 
 def narrowest(program: Program) -> int:
-    """Return the least width of level 1's band in its grid: the taps of a normal must not leave the band."""
-    return math.ceil(SHARES * TAP / (1 - 1 / DELTA_FACTOR) / program.bands[0].delta)
+    """Return the least width of level 1's band in its grid."""
+    return math.ceil(SHARES * NARROWEST / program.bands[0].delta)
 
 
 def shader_text(
@@ -80,7 +80,7 @@ def shader_text(
 
     def text(studio: bool, saved: Savings) -> str:
         field = _field(program, studio, saved.narrow)
-        body = [*_studio_constants(program, studio), *weights, *field, _main(program, studio, saved.planes)]
+        body = [*_globals(program, studio), *weights, *field, _main(program, studio, saved.planes)]
         settings = _settings(program, model.front, studio)
         return "\n".join([header, *_head(model), *settings, _squeezed("\n".join(body))])
 
@@ -136,12 +136,16 @@ def _main(program: Program, studio: bool, planes: NDArray[np.float64] | None) ->
     return declaration + text
 
 
-def _studio_constants(program: Program, studio: bool) -> list[str]:
-    """Return the studio's declarations before field(): the tap, the floor and level 1's band half-width."""
+def _globals(program: Program, studio: bool) -> list[str]:
+    """Return the declarations before field().
+
+    k: the tap; J: the level at the ray's end point. The studio has constants, too.
+    """
+    variables = "int k = -1, J;" if len(program.bands) > 1 else "int k = -1;"
     if not studio:
-        return []
+        return [variables]
     floor = LANGUAGE.number(round(lowest_point(program), 4))
-    return ["int k = -1;", f"const float G = {floor}, Y = {_short(program.bands[0].delta)};"]
+    return [variables, f"const float G = {floor}, Y = {_short(program.bands[0].delta)};"]
 
 
 def _head(model: Model) -> list[str]:
@@ -182,28 +186,29 @@ def _settings(program: Program, front: tuple[float, float] | None, studio: bool)
 def _field(program: Program, studio: bool, narrow: Grid | None) -> list[str]:
     """Return field() up to LEVEL (Eq. 3); nothing for a single level, whose network is field() itself.
 
-    Outside a band it returns the distance to the band's offset surface; for the studio's taps, level 1. A scene's
-    albedo() follows. narrow: see `Savings`.
+    Outside a band it returns the distance to the band's offset surface. The taps of a normal take the levels and the
+    band of the ray's end point: a step of the field between two taps would be a blot. The studio's taps take level 1.
+    A scene's albedo() follows. narrow: see `Savings`; V is the band's half-width.
     """
     if program.composition is not None:
         return _scene(program, studio)
     if len(program.values) == 1:
         return []
-    lines = [] if narrow is None else [_widths(narrow)]
+    lines = [] if narrow is None else [_widths(narrow), "float V;"]
     lines += ["float field(vec4 p) {", f"    float f = {program.values[0].name}(p);"]
     lines += ["    if (k > 3) return f;"] if studio else []
     for i, (function, band) in enumerate(zip(program.values[1:], program.bands, strict=False), start=2):
-        outside = f"    if (abs(f) > {_short(band.delta)}) return f - {_short(band.delta / DELTA_FACTOR)};"
+        width, offset, cell, here = _short(band.delta), _short(band.delta / DELTA_FACTOR), [], ""
         if i == 2 and narrow is not None:
             count = len(narrow)
-            outside = (
-                f"    ivec3 c = clamp(ivec3({count / 2:g}. * (p.xyz + 1.)), 0, {count - 1});\n"
-                f"    float b = float(Q[{count} * c.z + c.y] >> 4 * c.x & 15) * {_short(band.delta / SHARES)};\n"
-                f"    if (abs(f) > b) return f - {_short(1 / DELTA_FACTOR)} * b;"
-            )
+            width, offset = "V", f"{_short(1 / DELTA_FACTOR)} * V"
+            cell = [f"    ivec3 c = clamp(ivec3({count / 2:g}. * (p.xyz + 1.)), 0, {count - 1});"]
+            here = f"V = float(Q[{count} * c.z + c.y] >> 4 * c.x & 15) * {_short(band.delta / SHARES)}, "
         lines += [
             f"#if LEVEL >= {i}",
-            outside,
+            *cell,
+            f"    if (k < 0) {here}J = abs(f) > {width} ? {i - 1} : 9;",
+            f"    if (J < {i}) return f - {offset};",
             f"    f += {function.name}(p);",
             "#endif",
         ]
@@ -219,14 +224,19 @@ def _widths(narrow: Grid) -> str:
 def _scene(program: Program, studio: bool) -> list[str]:
     """Return field() and albedo() of a scene."""
 
-    def at_point(level: str | None) -> tuple[Writer, SceneAtPoint]:
+    def at_point(level: str | None, deltas: Sequence[Number] | None = None) -> tuple[Writer, SceneAtPoint]:
         writer = Writer(VectorNotation(LANGUAGE), "p.w")
-        return writer, SceneAtPoint(program, writer, (Scalar("p.x"), Scalar("p.y"), Scalar("p.z")), level)
+        return writer, SceneAtPoint(program, writer, (Scalar("p.x"), Scalar("p.y"), Scalar("p.z")), level, deltas)
 
-    level = "(k > 3 ? 1 : LEVEL)" if studio else "LEVEL"
-    writer, scene = at_point(level if len(program.bands) > 1 else None)
-    value = scene.outside_bands()
-    lines = ["float field(vec4 p) {", *writer.lines(value), f"    return {writer.text(value)};", "}"]
+    if len(program.bands) == 1:
+        writer, scene = at_point(None)
+        value, reached = scene.value, []
+    else:
+        taps = "(k < 0 ? LEVEL : k < 4 ? J : 1)" if studio else "(k < 0 ? LEVEL : J)"
+        widths = [Scalar(f"(k < 0 ? {LANGUAGE.number(band.delta)} : 9.)") for band in program.bands[:-1]]
+        writer, scene = at_point(taps, widths)
+        value, reached = scene.outside_bands(), [f"    if (k < 0) J = int({writer.text(scene.reached)});"]
+    lines = ["float field(vec4 p) {", *writer.lines(value), *reached, f"    return {writer.text(value)};", "}"]
     writer, scene = at_point(None)
     color = scene.color(plain_color())
     result = f"    return vec3({', '.join(map(writer.text, color))});"

@@ -11,12 +11,10 @@ from mplicits.codegen.targets.shadertoy_text import savings, step_bound
 from mplicits.field.digits import fewest_digits
 from mplicits.field.hull import NORMALS, hull
 from mplicits.field.interpret import field
-from mplicits.field.narrow import SHARES, Grid, narrow_widths
+from mplicits.field.narrow import Grid, narrow_widths
 from mplicits.field.surface_points import on_surface
 from mplicits.ir.lower import lower
-from mplicits.model.gallery import model_path
-from mplicits.model.model import DELTA_FACTOR, Model
-from mplicits.model.model_file import load
+from mplicits.model.model import DELTA_FACTOR, Level, Model
 from mplicits.trainer.shapes.demo import DemoShape
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
@@ -24,10 +22,27 @@ from oracles.dense import dense_march
 from oracles.march import half_widths, march
 from oracles.short_march import STOP, short_march, within
 from support.dense_views import VIEWS
+from support.fitted_model import evaluate, fit
 from support.random_model import random_model
 from support.shadertoy import INPUTS, MAIN, SHADERTOY, demo, draw, literal_text
 
 SIDE = 96
+RADIUS = 0.7
+
+
+COLORED = "o+=vec4(w,1);\n}\no=pow(o/o.a,vec4(.4545));"
+"""The text that writes the color of a pixel."""
+
+
+def drawn_square(osmesa: Context, text: str, side: int) -> NDArray[np.float32]:
+    """Draw a text at time 0. Returns (side, side, 4), top row first."""
+    inputs = {"iResolution": (side, side, 1), "iTime": 0.0, "iMouse": (0, 0, 0, 0), "iFrame": 0}
+    return draw(osmesa, INPUTS + text + MAIN, (side, side), inputs)
+
+
+def first_camera(model: Model) -> Camera:
+    """Return a text's camera at time 0."""
+    return Camera(*(model.front or (AZIMUTH, ELEVATION)), distance=3.52, fov=2 * math.degrees(math.atan(1 / 3.17)))
 
 
 @pytest.fixture(scope="module")
@@ -53,15 +68,13 @@ def test_the_text_takes_the_steps_of_numpy(
     for old, new in (
         ("float t=0.", "float C=0.,t=0."),
         ("f=field(", "C+=float(k<0);f=field("),
-        ("o+=vec4(w,1);\n}\no=pow(o/o.a,vec4(.4545));", "o=vec4(t,C,k>3,1);\n}"),
+        (COLORED, "o=vec4(t,C,k>3,1);\n}"),
     ):
         assert text.count(old) == 1
         text = text.replace(old, new)
-    inputs = {"iResolution": (SIDE, SIDE, 1), "iTime": 0.0, "iMouse": (0, 0, 0, 0), "iFrame": 0}
-    drawn = draw(osmesa, INPUTS + text + MAIN, (SIDE, SIDE), inputs).reshape(-1, 4)
-    program, view = lower(model, fewest_digits(model)), model.front or (AZIMUTH, ELEVATION)
-    camera = Camera(*view, distance=3.52, fov=2 * math.degrees(math.atan(1 / 3.17)))
-    eye, directions, footprint = camera.rays(SIDE, SIDE)
+    drawn = drawn_square(osmesa, text, SIDE).reshape(-1, 4)
+    program = lower(model, fewest_digits(model))
+    eye, directions, footprint = first_camera(model).rays(SIDE, SIDE)
     directions, bound = directions.reshape(-1, 3), step_bound(program)
     rays = short_march(program, eye, directions, footprint, bound, planes=planes, narrow=narrow)
     assert (rays.hit == (drawn[:, 2] > 0.5)).mean() > 0.998
@@ -118,13 +131,34 @@ def test_rays_enter_and_leave_a_hull() -> None:
     assert (near[1:] >= far[1:]).all()
 
 
-def test_taps_of_normals_stay_inside_narrow_bands() -> None:
-    """Spot's bands are so narrow that narrower ones left black pixels."""
-    program = lower(load(model_path("spot")))
-    narrow = savings(program, 60_000).narrow
-    assert narrow is not None
-    widths = narrow / SHARES * program.bands[0].delta
-    assert (widths * (1 - 1 / DELTA_FACTOR)).min() > 0.002 * np.sqrt(3) / 2
+def ball_of_narrow_band() -> Model:
+    """Fit two levels to a ball: level 1's band is about as narrow as the taps of a normal are apart."""
+    rng = np.random.default_rng(1)
+    directions = rng.normal(size=(3000, 3))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    points = directions * rng.uniform(0.6, 1.0, (3000, 1))
+    near = directions * rng.uniform(RADIUS - 0.01, RADIUS + 0.01, (3000, 1))
+    first = fit(64, 1.0, points, np.linalg.norm(points, axis=1, keepdims=True) - RADIUS, rng)
+    residual = np.linalg.norm(near, axis=1, keepdims=True) - RADIUS - evaluate(first, near)
+    second = fit(64, 4.0, near, residual, rng)
+    return Model("ball", (Level(first, DELTA_FACTOR * float(np.abs(residual).max()), 20), Level(second, 1e-3, 5)))
+
+
+def test_no_step_between_the_taps_of_a_normal(osmesa: Context) -> None:
+    """Where only some taps had left the band, smooth shapes had blots."""
+    model = ball_of_narrow_band()
+    assert 0.001 < model.levels[0].delta < 0.005
+    text = literal_text(model, "phong")
+    assert text.count(COLORED) == 1
+    drawn = drawn_square(osmesa, text.replace(COLORED, "o=vec4(n,k>3);\n}"), 256)
+    eye, directions, _ = first_camera(model).rays(256, 256)
+    nearest = -directions @ eye
+    half_chord_squared = RADIUS**2 - (eye @ eye - nearest**2)
+    inner = half_chord_squared > 0.02
+    assert (drawn[inner, 3] == 1).all()
+    expected = eye + (nearest - np.sqrt(half_chord_squared.clip(0)))[..., None] * directions
+    cosine = (drawn[inner, :3] * expected[inner]).sum(axis=-1) / RADIUS
+    assert np.degrees(np.arccos(np.clip(cosine, -1, 1))).max() < 2
 
 
 def test_only_long_texts_have_a_hull_and_narrow_bands(model: Model, planes: NDArray[np.float64], narrow: Grid) -> None:

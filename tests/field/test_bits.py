@@ -85,7 +85,7 @@ def demo() -> tuple[Model, Model]:
 def test_the_fewest_bits_keep_surface_and_colors(demo: tuple[Model, Model]) -> None:
     model, fewest = demo
     paid = bits.cost(model, fewest)
-    assert 0 < paid.distance < 1.2 * bits.SHARE * model.levels[-1].delta
+    assert 0 < paid.distance < 1.2 * max(bits.SHARE * model.levels[-1].delta, bits.LEAST)
     assert 0 < paid.color < 1.2 * 255 * bits.COLOR
     for network in fewest.networks().values():
         assert all(quantize.step_of(layer.weight, bits.HIDDEN[-1]) is not None for layer in network[1:-1])

@@ -10,6 +10,7 @@
 #define LEVEL 2 // finest level, from 1
 #define STEPS 200 // most evaluations of the field on a ray
 #define AA 1 // 2: 2 x 2 samples per pixel
+int k=-1,J;
 #define D(v,k)vec4(v/(k)%ivec4(B)-B/2)
 #define L(b,s){const int B=b;const float S=s;
 #define M(v)mat4(D(v,1),D(v,B),D(v,B*B),D(v,B*B*B))
@@ -56,7 +57,8 @@ return vec3(r,g,b);
 float field(vec4 p){
 float f=network1(p);
 #if LEVEL>=2
-if(abs(f)>1.)return f-.769;
+if(k<0)J=abs(f)>1.?1:9;
+if(J<2)return f-.769;
 f+=network2(p);
 #endif
 return f;
@@ -79,7 +81,7 @@ b=-3.52*dot(m[2],v);
 h=sqrt(max(b*b-11.35,0.));
 t=b-h;
 h+=b;
-int k=-1;
+k=-1;
 for(int i=min(iFrame,0);i<STEPS&&k<4&&t<h;i++){
 e=k<0?vec3(0):vec3(k+3>>1&1,k>>1&1,k&1)-.5;
 f=field(vec4(3.52*m[2]+t*v+.002*e,1));

@@ -17,7 +17,8 @@ from mplicits.codegen.targets import shadertoy, shadertoy_text
 from mplicits.codegen.targets.glsl300es import DIALECT
 from mplicits.codegen.targets.header import read_header
 from mplicits.codegen.targets.shadertoy_text import Savings
-from mplicits.field.bits import COLOR, SHARE, cost
+from mplicits.field.bits import COLOR, LEAST, SHARE, cost
+from mplicits.field.digits import fewest_digits
 from mplicits.field.lowest import lowest_point
 from mplicits.ir.lower import lower
 from mplicits.model import quantize
@@ -198,7 +199,8 @@ def test_quantized_models_have_python_s_text(ask: Ask, model: Model, shade: str 
     ids=["spot-to-bob", "random"],
 )
 def test_moving_models_have_python_s_text(ask: Ask, model: Model) -> None:
-    text = ask("shadertoy", [encoded(model), lowest_point(lower(model)), None])
+    program = lower(model, fewest_digits(model))
+    text = ask("shadertoy", [encoded(model), lowest_point(program), None])
     assert text == shadertoy.standalone(model, "literal")
 
 
@@ -210,7 +212,7 @@ ROUNDED = {
     ),
 }
 
-LONGEST = {"bob": 63_054}
+LONGEST = {"bob": 55_964}
 """Characters of Python's text, whose search takes half a minute."""
 
 
@@ -230,12 +232,12 @@ def test_other_models_are_rounded_within_the_limits(ask: Ask, model: Model) -> N
     paid = cost(model, rounded)
     for key, value in {"f": paid.distance, "degrees": paid.angle, "colour": paid.color}.items():
         assert error[key] == pytest.approx(value, rel=0.2, abs=0.02 if key == "degrees" else 1e-6)
-    assert paid.distance < 1.2 * SHARE * model.levels[-1].delta
+    assert paid.distance < 1.2 * max(SHARE * model.levels[-1].delta, LEAST)
     assert paid.angle < 1.2 * 0.7
     assert paid.color < 1.2 * 255 * COLOR
     text = ask("shadertoy", [encoded(model), -1, None])
     assert read_header(text)["error"] == {key: float(f"{value:.2g}") for key, value in error.items()}
-    assert len(text) < 1.1 * LONGEST.get(model.name, np.inf)
+    assert len(text) < 1.4 * LONGEST.get(model.name, np.inf)
 
 
 @pytest.mark.usefixtures("without_savings")

@@ -4,9 +4,9 @@ import {valuesAt, widenedValues} from "./reference.js";
 
 // Rounds the weights of a model to the fewest bits that keep its surface and its colors, as field/bits.py without the
 // compensation of errors.
-// Allowed root mean square errors: of f as a share of the last delta, of the normal in degrees, of the colors in steps
-// of 1/255.
-const SHARE = 0.5, ANGLE = 0.7, OFF_COLOR = 2.3;
+// Allowed root mean square errors: of f as a share of the last delta, but not below LEAST; of the normal in degrees; of
+// the colors in steps of 1/255.
+const SHARE = 0.5, LEAST = 3e-4, ANGLE = 0.7, OFF_COLOR = 2.3;
 // Candidates for the largest multiple of a hidden layer's step. LARGEST_MULTIPLE of packed.js is the last one.
 const SIZES = [
     ...[7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 20, 23, 27, 31, 37, 44, 53, 64, 77, 91, 107],
@@ -28,15 +28,18 @@ export async function fewestBits(model) {
     if (points.length < FEWEST) return null;
     const rounded = {...model, levels: [...levels]}, exact = valuesNear(model, points), color = colorsAt(model, points);
     const sizes = levels.map(({network}) => network.reduce((sum, {weight}) => sum + weight.length, 0));
+    const limit = Math.max(SHARE * levels.at(-1).delta, LEAST);
     const upTo = (count) => sizes.slice(0, count).reduce((sum, size) => sum + size, 0);
     for (const [i, level] of levels.entries()) {
         // Errors of levels are independent: their squares add up. The text is shortest if they are as the sizes.
         const share = Math.sqrt(upTo(i + 1) / upTo(levels.length));
-        const network = await fewestSizes(level.network, (candidate) => {
+        const fits = (candidate) => {
             rounded.levels[i] = {...level, network: candidate};
             const {f, degrees} = errorsOf(exact, valuesNear(rounded, points));
-            return f <= share * SHARE * levels.at(-1).delta && degrees <= share * ANGLE;
-        });
+            return f <= share * limit && degrees <= share * ANGLE;
+        };
+        // The last level has what the others leave.
+        const network = await fewestSizes(level.network, fits) ?? (i + 1 < levels.length && finest(level.network));
         if (!network) return null;
         rounded.levels[i] = {...level, network};
     }
@@ -72,12 +75,18 @@ async function fewestSizes(network, fits) {
     while (low < high) {
         await pause(0);
         const middle = (low + high) >> 1, hidden = SIZES[middle];
-        const candidate = quantized(network, {fine: Math.max(FINE, hidden), hidden, clip: Infinity});
+        const candidate = withSizes(network, hidden);
         if (fits(candidate)) [best, high] = [candidate, middle];
         else low = middle + 1;
     }
     return best;
 }
+
+function withSizes(network, hidden) {
+    return quantized(network, {fine: Math.max(FINE, hidden), hidden, clip: Infinity});
+}
+
+const finest = (network) => withSizes(network, SIZES.at(-1));
 
 // Returns each point, then each moved along x, and so on.
 function withNeighbors(points) {

@@ -50,7 +50,8 @@ function textOf(model, sha256, shade, weights, further) {
         "// as a neural signed distance function, made with mplicits. Drag to orbit; edit the settings below.",
         ...settingsOf(model, studio).map((setting) => `#define ${setting}`),
         squeezedGlsl([
-            ...(studio ? ["int k = -1;", `${floor}, Y = ${shortNumber(model.levels[0].delta)};`] : []),
+            model.levels.length > 1 ? "int k = -1, J;" : "int k = -1;",
+            ...(studio ? [`${floor}, Y = ${shortNumber(model.levels[0].delta)};`] : []),
             ...weights, ...fieldLines(model, studio), mainOf(model, studio),
         ].join("\n")),
     ].join("\n");
@@ -76,12 +77,14 @@ function settingsOf({front, inputs, levels, texture}, studio) {
     ];
 }
 
-// Returns field() up to LEVEL (Eq. 3): outside of a band, the distance to the band's offset surface.
+// Returns field() up to LEVEL (Eq. 3): outside of a band, the distance to the band's offset surface. Taps of a normal
+// take the levels of the ray's end point.
 function fieldLines({levels}, studio) {
     if (levels.length === 1) return [];
     const deeper = levels.slice(0, -1).flatMap(({delta}, i) => [
         `#if LEVEL >= ${i + 2}`,
-        `if (abs(f) > ${shortNumber(delta)}) return f - ${shortNumber(delta / DELTA_FACTOR)};`,
+        `if (k < 0) J = abs(f) > ${shortNumber(delta)} ? ${i + 1} : 9;`,
+        `if (J < ${i + 2}) return f - ${shortNumber(delta / DELTA_FACTOR)};`,
         `f += network${i + 2}(p);`, "#endif",
     ]);
     return ["float field(vec4 p) {", "float f = network1(p);", ...(studio ? ["if (k > 3) return f;"] : []), ...deeper,
