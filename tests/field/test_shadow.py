@@ -23,9 +23,17 @@ def shades(key: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    "name", ["spot-small", *(pytest.param(name, marks=pytest.mark.slow) for name in ("spot", "bob", "bob-small"))]
+    ("name", "root_mean_square", "largest", "step_back"),
+    [
+        ("spot-small", 2.5, 8, 1.5),
+        pytest.param("spot", 2.5, 8, 1.8, marks=pytest.mark.slow),
+        pytest.param("bob", 2.5, 8, 1.5, marks=pytest.mark.slow),
+        pytest.param("bob-small", 2.6, 8.5, 1.5, marks=pytest.mark.slow),
+    ],
 )
-def test_the_floor_s_shadow_is_that_of_many_rays_and_has_no_ripples(name: str) -> None:
+def test_the_floor_s_shadow_is_that_of_many_rays_and_has_no_ripples(
+    name: str, root_mean_square: float, largest: float, step_back: float
+) -> None:
     model = load(model_path(name))
     program = lower(model)
     assert model.front is not None
@@ -40,9 +48,9 @@ def test_the_floor_s_shadow_is_that_of_many_rays_and_has_no_ripples(name: str) -
     edge = (truth > 0.002) & (truth < 0.998)
     assert edge.sum() > 50
     error = shades(drawn) - shades(truth)
-    assert np.sqrt((error[edge] ** 2).mean()) < 2.7
-    assert np.abs(error).max() < 9
+    assert np.sqrt((error[edge] ** 2).mean()) < root_mean_square
+    assert np.abs(error).max() < largest
     rises = falls(shades(truth)) < 0.5
     assert rises.sum() >= 4
-    assert falls(shades(drawn))[rises].max() < 1.9
+    assert falls(shades(drawn))[rises].max() < step_back
     assert drawn[:, -1].min() == 1, "it ends before the lines do"

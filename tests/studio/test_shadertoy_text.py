@@ -237,7 +237,7 @@ def test_other_models_are_rounded_within_the_limits(ask: Ask, model: Model) -> N
     assert paid.color < 1.2 * 255 * COLOR
     text = ask("shadertoy", [encoded(model), -1, None])
     assert read_header(text)["error"] == {key: float(f"{value:.2g}") for key, value in error.items()}
-    assert len(text) < 1.4 * LONGEST.get(model.name, np.inf)
+    assert len(text) < 1.35 * LONGEST.get(model.name, np.inf)
 
 
 @pytest.mark.usefixtures("without_savings")
