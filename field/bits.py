@@ -72,19 +72,40 @@ def fewest_bits(model: Model) -> Model | None:
 
     attempts = ATTEMPTS * len(model.networks())
     with tqdm(total=attempts, bar_format="{desc}|{bar}| {percentage:3.0f}%", leave=False, disable=None) as bar:
-        factors = COARSE if len(model.levels) > 1 else COARSE[:1]
-        rounded_models = (_all_rounded(model, coarse, bar) for coarse in factors)
-        return next((found for found in rounded_models if found is not None), None)
+        return _all_rounded(model, bar)
 
 
-def _all_rounded(model: Model, coarse: float, bar: "tqdm[NoReturn]") -> Model | None:
-    """See `fewest_bits`. coarse: one of COARSE. bar: counts attempts."""
+def _all_rounded(model: Model, bar: "tqdm[NoReturn]") -> Model | None:
+    """See `fewest_bits`. bar: counts attempts."""
     program = lower(model)
     surface = _surface(program, POINTS, 1)
     if len(surface) < 500:
         return None
     half = len(surface) // 2
     training, held_out = surface[:half], surface[half:]
+    factors = COARSE if len(model.levels) > 1 else COARSE[:1]
+    found = (_rounded_levels(model, coarse, training, held_out, bar) for coarse in factors)
+    levels = next((levels for levels in found if levels is not None), None)
+    if levels is None:
+        return None
+    texture = model.texture
+    if texture is not None:
+        samples, checks = (Samples(points, output(texture, points)) for points in (training, held_out))
+        _announce(bar, len(levels), "texture")
+        texture = _fewest(texture, samples, checks, (COLOR, 0.0), _start(texture, 2), bar)
+        if texture is None:
+            return None
+    return replace(model, levels=levels, texture=texture)
+
+
+def _rounded_levels(
+    model: Model, coarse: float, training: Array, held_out: Array, bar: "tqdm[NoReturn]"
+) -> tuple[Level, ...] | None:
+    """Round the levels. Returns None if a level does not fit.
+
+    coarse: one of COARSE. training, held_out: points (N, 3) of the surface, to round by and to check. bar: counts
+    attempts.
+    """
     levels: list[Level] = []
     last = len(model.levels) - 1
     for i, level in enumerate(model.levels):
@@ -100,14 +121,7 @@ def _all_rounded(model: Model, coarse: float, bar: "tqdm[NoReturn]") -> Model | 
         if network is None:
             return None
         levels.append(replace(level, network=network))
-    texture = model.texture
-    if texture is not None:
-        samples, checks = (Samples(points, output(texture, points)) for points in (training, held_out))
-        _announce(bar, len(levels), "texture")
-        texture = _fewest(texture, samples, checks, (COLOR, 0.0), _start(texture, 2), bar)
-        if texture is None:
-            return None
-    return replace(model, levels=tuple(levels), texture=texture)
+    return tuple(levels)
 
 
 def cost(model: Model, coarse: Model) -> Cost:

@@ -228,14 +228,12 @@ def _scene(program: Program, studio: bool) -> list[str]:
         writer = Writer(VectorNotation(LANGUAGE), "p.w")
         return writer, SceneAtPoint(program, writer, (Scalar("p.x"), Scalar("p.y"), Scalar("p.z")), level, deltas)
 
-    if len(program.bands) == 1:
-        writer, scene = at_point(None)
-        value, reached = scene.value, []
-    else:
-        taps = "(k < 0 ? LEVEL : k < 4 ? J : 1)" if studio else "(k < 0 ? LEVEL : J)"
-        widths = [Scalar(f"(k < 0 ? {LANGUAGE.number(band.delta)} : 9.)") for band in program.bands[:-1]]
-        writer, scene = at_point(taps, widths)
-        value, reached = scene.outside_bands(), [f"    if (k < 0) J = int({writer.text(scene.reached)});"]
+    several = len(program.bands) > 1
+    level = "(k < 0 ? LEVEL : k < 4 ? J : 1)" if studio else "(k < 0 ? LEVEL : J)"
+    widths = [Scalar(f"(k < 0 ? {LANGUAGE.number(band.delta)} : 9.)") for band in program.bands[:-1]]
+    writer, scene = at_point(level if several else None, widths)
+    value = scene.outside_bands()
+    reached = [f"    if (k < 0) J = int({writer.text(scene.reached)});"] if several else []
     lines = ["float field(vec4 p) {", *writer.lines(value), *reached, f"    return {writer.text(value)};", "}"]
     writer, scene = at_point(None)
     color = scene.color(plain_color())
