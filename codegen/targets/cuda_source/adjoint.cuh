@@ -1,5 +1,5 @@
 #include "tile.cuh"
-// adjoint.cuh: a network's gradient at 32 points by one warp: g = (g * cos a_j) W_j, from the output row back to the
+// adjoint.cuh: a network's gradient at 32 points by each warp of a block: g = (g * cos a_j) W_j, from the output row back to the
 // first layer. g is in halves, multiplied by Packed::lift; the first layer is in float32.
 
 // Multiplies the sums d of g, at columns 16 n .. 16 n + 15, by the layer's cosines. The products go to scratch or, from
@@ -59,14 +59,15 @@ __device__ inline void output_row(const Packed &net, const uint4 *slopes, float 
 template <class Net, bool FIRST, int T>
 __device__ inline void layer_back(const Packed &net, int layer, const uint4 *slopes, float (&sums)[3][T][2]) {
     constexpr int K = Tile<Net>::K;
+    Operands<K, Alone, 1> weights(net.backward + (layer - 1) * K * K * 32, nullptr);
     unsigned g[T][K][4];
     load_inputs<Alone>(0, g);
 #pragma unroll 1
     for (int n = 0; n < K; ++n) {
+        weights.await(n);
         float d[T][2][4] = {};
-        const uint4 *fragments = net.backward + ((layer - 1) * K + n) * K * 32 + lane();
 #pragma unroll
-        for (int k = 0; k < K; ++k) multiply(__ldg(fragments + 32 * k), g, k, d);
+        for (int k = 0; k < K; ++k) multiply(weights.get(0, n, k), g, k, d);
         descend<Net, FIRST>(net, n, d, slopes, sums);
     }
 }
@@ -81,7 +82,7 @@ template <class Net> __device__ inline vec3 evaluate_gradient(const Packed &net,
         spread(p, base, points);
         uint4 slopes[Net::LAYERS * SIZE];
         float value[Net::OUTPUTS][T][2] = {}, sums[3][T][2] = {};
-        forward<Net, Alone>(net, points, slopes, value);
+        forward<Net, Alone>(net, points, true, slopes, value);
         output_row<Net>(net, slopes + LAST * SIZE, sums);
 #pragma unroll 1
         for (int layer = LAST; layer > 1; --layer)

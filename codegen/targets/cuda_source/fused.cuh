@@ -5,7 +5,7 @@
 // fused.cuh: variant `fused`. Its rays march like those of `simple`, but a team evaluates 32 of them together on the
 // tensor cores. The kernels in order: enter; trace, for each level of the first rounds; finish; paint; shade_hits.
 
-constexpr int REFILL = 8;  // a team takes new rays when this many of its lanes have none
+constexpr int REFILL = 32;  // a block takes new rays when this many of its threads have none
 
 // The fourth input of the networks.
 __device__ inline float fourth() { return MOVING ? time : 1.0f; }
@@ -32,7 +32,7 @@ struct Work {
 
     __device__ void count(int level, unsigned lanes) {
         evaluated[level - 1] += static_cast<unsigned>(__popc(lanes));
-        lanes_used[level - 1] += 32;
+        lanes_used[level - 1] += lanes ? 32 : 0;
     }
     __device__ void write(unsigned long long *work) const {
 #pragma unroll
@@ -51,10 +51,10 @@ __device__ inline void finer(const PackedNetworks &networks, int own, vec4 p, fl
     if constexpr (LEVEL <= LAST) {
         bool inside = own >= LEVEL && reached == LEVEL - 1 && abs(f) < delta[LEVEL - 2];
         unsigned voters = __ballot_sync(WARP, inside);
-        if (voters == 0) return;
+        if (!Team::any(voters != 0)) return;
         work.count(LEVEL, voters);
         float residual[1];
-        evaluate<NetworkOf<LEVEL>, Team>(networks.of[LEVEL], p, residual);
+        evaluate<NetworkOf<LEVEL>, Team>(networks.of[LEVEL], p, residual, voters != 0);
         if (inside) {
             f += residual[0];
             reached = LEVEL;
@@ -69,80 +69,105 @@ template <int LAST, class Team>
 __device__ inline float value_of(const PackedNetworks &networks, const Settings &s, int own, vec4 p, int &reached,
                                  Work &work) {
     float value[1];
+    unsigned lanes = __ballot_sync(WARP, own > 0);
     if (LAST == 1 && s.level > 1) {
-        evaluate<Rough<NetworkOf<1>>, Team>(networks.of[1], p, value);
+        evaluate<Rough<NetworkOf<1>>, Team>(networks.of[1], p, value, lanes != 0);
     } else {
-        evaluate<NetworkOf<1>, Team>(networks.of[1], p, value);
+        evaluate<NetworkOf<1>, Team>(networks.of[1], p, value, lanes != 0);
     }
-    work.count(1, __ballot_sync(WARP, own > 0));
+    work.count(1, lanes);
     reached = 1;
     finer<2, LAST, Team>(networks, own, p, value[0], reached, work);
     return value[0];
 }
 
-// Takes up to iterations[PHASE - 1] steps of each ray that waits for this phase. Teams fill their lanes from the queue.
-template <int PHASE, class Team>
+// The number of threads of this block, before this one, whose vote is true; all: of the whole block.
+__device__ inline int rank(bool vote, int &all) {
+    int *counts = Alone::exchange<int>(), warp = static_cast<int>(threadIdx.x / 32u), before = 0;
+    unsigned voters = __ballot_sync(WARP, vote);
+    __syncthreads();
+    if (lane() == 0) counts[warp] = __popc(voters);
+    __syncthreads();
+    all = 0;
+    for (int i = 0; i < THREADS / 32; ++i) {
+        before += i < warp ? counts[i] : 0;
+        all += counts[i];
+    }
+    return before + __popc(voters & ((1u << lane()) - 1u));
+}
+
+// One atomicAdd() for the block; all threads get the old value.
+__device__ inline int take(int *counter, int count) {
+    __syncthreads();
+    if (threadIdx.x == 0) *Alone::exchange<int>() = atomicAdd(counter, count);
+    __syncthreads();
+    return *Alone::exchange<int>();
+}
+
+// Takes up to iterations[PHASE - 1] steps of each ray that waits for this phase. A thread has a ray, or waits for one; the
+// points of a block's rays are moved together, so that as few warps as possible evaluate them.
+template <int PHASE>
 __global__ void __launch_bounds__(THREADS) trace(Settings s, PackedNetworks networks, Rays rays, int round) {
-    const int count = *rays.length(round, PHASE);
+    const int count = *rays.length(round, PHASE), thread = static_cast<int>(threadIdx.x);
     const int *queue = rays.list(round, PHASE);
+    vec4 *exchange = Alone::exchange<vec4>();
     Work work;
-    vec3 eye = s.eye(), direction = vec3(0.0f, 0.0f, 1.0f);
     Hit ray = {};
     Past past = {};
     int pixel = 0, step = 0;
-    float far = 0.0f;
     bool live = false, more = true;
     while (true) {
-        unsigned idle = __ballot_sync(WARP, !live);
-        if (more && __popc(idle) >= REFILL) {
-            int first = Team::take(rays.taken + round * LEVELS + PHASE - 1, __popc(idle));
-            int mine = first + __popc(idle & ((1u << lane()) - 1u));
-            if (!live && mine < count) {
-                pixel = queue[mine];
+        int all, place = rank(live, all), idle = THREADS - all;
+        if (!live) place = all + thread - place;
+        if (more && idle >= REFILL) {
+            int first = take(rays.taken + round * LEVELS + PHASE - 1, idle), left = first < count ? count - first : 0;
+            if (!live && place - all < left) {
+                pixel = queue[first + place - all];
                 ray = rays.state[pixel];
                 past = rays.past[pixel];
-                direction = s.direction(pixel);
-                far = leaving(s, direction);
                 step = 0;
                 live = true;
             }
-            more = first + __popc(idle) < count;
-            idle = __ballot_sync(WARP, !live);
+            more = idle < left;
+            all += more ? idle : left;
         }
-        if (idle == WARP) {
-            if (more) continue;
-            break;
-        }
+        if (all == 0) break;
+        __syncthreads();
+        if (live) exchange[place] = vec4(s.eye() + ray.t * s.direction(pixel), fourth());
+        __syncthreads();
         int reached;
-        vec4 p = vec4(eye + ray.t * direction, fourth());
-        float f = value_of<PHASE, Team>(networks, s, live ? PHASE : 0, p, reached, work);
+        vec4 p = exchange[thread < all ? thread : all - 1];
+        float f = value_of<PHASE, Alone>(networks, s, thread < all ? PHASE : 0, p, reached, work);
+        __syncthreads();
+        exchange[thread] = vec4(vec3(f, static_cast<float>(reached), 0.0f), 0.0f);
+        __syncthreads();
         bool leaves = false;
         int next = PHASE;
         if (live) {
-            go_on(ray, past, f, reached, s, direction, far);
+            vec4 found = exchange[place];
+            vec3 direction = s.direction(pixel);  // computed again: no register holds it meanwhile
+            go_on(ray, past, found.xyz.x, static_cast<int>(found.xyz.y), s, direction, leaving(s, direction));
             next = next_phase(ray, s);
             leaves = next != PHASE || ++step == iterations[PHASE - 1];
-            if (leaves && Team::leads()) {
+            if (leaves) {
                 rays.state[pixel] = ray;
                 rays.past[pixel] = past;
             }
             live = !leaves;
         }
-        if (Team::leads() && __any_sync(WARP, leaves))
-            hand_over(rays, leaves, ray, next, pixel, round, PHASE, round + 1 == s.rounds);
+        if (__any_sync(WARP, leaves)) hand_over(rays, leaves, ray, next, pixel, round, PHASE, round + 1 == s.rounds);
     }
-    if (Team::leads() && lane() == 0) work.write(rays.work);
+    if (lane() == 0) work.write(rays.work);
 }
 
 // Takes all steps of the rays that wait for `round`, at any level, in march()'s order. For the few rays that are left,
 // every kernel of a phase would take as long as its slowest ray.
 __global__ void __launch_bounds__(THREADS) finish(Settings s, PackedNetworks networks, Rays rays, int round) {
-    const int count = rays.waiting_in(round), blocks = static_cast<int>(gridDim.x);
-    const int each = min(32, (count + blocks - 1) / blocks);  // few per tile, so that few rays wait
+    const int count = rays.waiting_in(round);
     Work work;
     vec3 eye = s.eye();
-    for (int first = each * static_cast<int>(blockIdx.x); first < count; first += each * blocks) {
-        int pixel = lane() < each ? rays.waiting_at(round, first + lane()) : -1;
+    for (int first = 32 * static_cast<int>(blockIdx.x); first < count; first += 32 * static_cast<int>(gridDim.x)) {
+        int pixel = rays.waiting_at(round, first + lane());
         bool live = pixel >= 0;
         Hit ray = live ? rays.state[pixel] : Hit{};
         Past past = live ? rays.past[pixel] : Past{};
@@ -200,12 +225,11 @@ __device__ inline vec3 tile_albedo(const PackedNetworks &networks, vec4 p) {
 #endif
 }
 
-// Colors the pixels on the surface, 32 per warp.
+// Colors the pixels on the surface, one per thread.
 __global__ void __launch_bounds__(THREADS) shade_hits(Settings s, PackedNetworks networks, Rays rays, vec4 *image) {
     const int count = *rays.hit_count;
-    const int warps = static_cast<int>(gridDim.x * blockDim.x / 32u);
-    for (int tile = static_cast<int>((blockIdx.x * blockDim.x + threadIdx.x) / 32u); 32 * tile < count; tile += warps) {
-        int place = 32 * tile + lane(), pixel = rays.hits[place < count ? place : 32 * tile];
+    for (int first = THREADS * static_cast<int>(blockIdx.x); first < count; first += THREADS * static_cast<int>(gridDim.x)) {
+        int place = first + static_cast<int>(threadIdx.x), pixel = rays.hits[place < count ? place : first];
         vec3 direction = s.direction(pixel);
         float t = rays.state[pixel].t;
         vec4 p = vec4(s.eye() + t * direction, fourth());

@@ -1,6 +1,6 @@
 #include "fused.cuh"
 // fused_frame.cuh: the host side of `fused`.
-constexpr int ROUNDS_ALONE = 1, ROUNDS_TOGETHER = 3;  // rounds by single warps, then by blocks; finish() does the others
+constexpr int ROUNDS_RELAXED = 1, ROUNDS_PLAIN = 3;  // rounds by trace(); finish() does the others
 
 struct Statistics {
     std::vector<std::vector<int>> waiting;  // [round][level] traced rays; the last row is finish()'s
@@ -32,10 +32,8 @@ public:
         work_.clear();
         launch(enter, blocks_for(s.pixels()), s, rays);
         mark("enter");
-        for (round_ = 0; round_ < std::min(s.rounds, ROUNDS_ALONE); ++round_)
-            phase<Alone>(std::integral_constant<int, 1>(), s, rays);
-        for (; round_ < std::min(s.rounds, ROUNDS_ALONE + ROUNDS_TOGETHER); ++round_)
-            phase<Together>(std::integral_constant<int, 1>(), s, rays);
+        int rounds = std::min(s.rounds, s.schedule == SCHEDULE_RELAXED ? ROUNDS_RELAXED : ROUNDS_PLAIN);
+        for (round_ = 0; round_ < rounds; ++round_) phase(std::integral_constant<int, 1>(), s, rays);
         mark("trace");
         if (round_ < s.rounds) launch(finish, finish_grid_, s, networks_, rays, round_);
         mark("finish");
@@ -73,22 +71,19 @@ private:
     }
 
     template <int PHASE> void set_grids(std::integral_constant<int, PHASE>) {
-        by_warps_.push_back(resident<Alone>(trace<PHASE, Alone>));
-        by_blocks_.push_back(resident<Together>(trace<PHASE, Together>));
+        trace_grids_.push_back(resident<Alone>(trace<PHASE>));
         if constexpr (PHASE < LEVELS) set_grids(std::integral_constant<int, PHASE + 1>());
     }
 
-    template <class Team, int PHASE>
-    void phase(std::integral_constant<int, PHASE>, const Settings &s, const Rays &rays) {
+    template <int PHASE> void phase(std::integral_constant<int, PHASE>, const Settings &s, const Rays &rays) {
         if (PHASE > s.level) return;
-        const std::vector<Grid> &grids = Team::WARPS == 1 ? by_warps_ : by_blocks_;
         if (PHASE == s.level || s.schedule == SCHEDULE_PLAIN)
-            launch(trace<PHASE, Team>, grids[PHASE - 1], s, networks_, rays, round_);
-        if constexpr (PHASE < LEVELS) phase<Team>(std::integral_constant<int, PHASE + 1>(), s, rays);
+            launch(trace<PHASE>, trace_grids_[PHASE - 1], s, networks_, rays, round_);
+        if constexpr (PHASE < LEVELS) phase(std::integral_constant<int, PHASE + 1>(), s, rays);
     }
 
     int processors_, round_ = 0;
-    std::vector<Grid> by_warps_, by_blocks_;  // of the kernel trace, at index level - 1
+    std::vector<Grid> trace_grids_;  // index: level - 1
     Grid finish_grid_ = 1, shade_grid_ = 1;
     Buffer<Hit> state_;
     Buffer<Past> past_;

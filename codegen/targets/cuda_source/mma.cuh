@@ -1,5 +1,5 @@
-// mma.cuh: the three instructions of the tensor cores, the layout of their operands in a warp, and a block's shared
-// memory. The tests' host build has its own version. mma.sync.m16n8k16 (PTX ISA, "Matrix Fragments for mma.m16n8k16");
+// mma.cuh: the three instructions of the tensor cores, the layout of their operands in a warp, a block's shared memory,
+// and copies to it. The tests' host build has its own version. mma.sync.m16n8k16 (PTX ISA, "Matrix Fragments for mma.m16n8k16");
 // lane = 4 q + r, and a register holds two halves:
 //   A, 16 x 16: register 0 rows q, columns 2 r + {0, 1}; 1 rows q + 8; 2 and 3 the same at columns + 8;
 //   B, 16 x 8:  register 0 rows 2 r + {0, 1}, column q; register 1 rows + 8;
@@ -31,6 +31,27 @@ __device__ inline unsigned pack(float low, float high) {
     asm("{.reg .f16 a, b;\n cvt.rn.f16.f32 a, %1;\n cvt.rn.f16.f32 b, %2;\n mov.b32 %0, {a, b};}\n"
         : "=r"(both) : "f"(low), "f"(high));
     return both;
+}
+
+// Starts the copy of 16 bytes from global to shared memory. Copies since the last end_copies() are a group.
+__device__ inline void copy(uint4 *to, const uint4 *from) {
+#if __CUDA_ARCH__ >= 800
+    unsigned place = static_cast<unsigned>(__cvta_generic_to_shared(to));
+    asm volatile("cp.async.cg.shared.global [%0], [%1], 16;\n" ::"r"(place), "l"(from));
+#endif
+}
+
+__device__ inline void end_copies() {
+#if __CUDA_ARCH__ >= 800
+    asm volatile("cp.async.commit_group;\n");
+#endif
+}
+
+// Waits for this thread's copies but those of the last LEFT groups.
+template <int LEFT> __device__ inline void wait_for_copies() {
+#if __CUDA_ARCH__ >= 800
+    asm volatile("cp.async.wait_group %0;\n" ::"n"(LEFT) : "memory");
+#endif
 }
 
 __device__ inline void unpack(unsigned both, float &low, float &high) {

@@ -1,30 +1,33 @@
 #include "packed.cuh"
-// team.cuh: a team evaluates a network at 32 points, one per lane. A team is one warp, or all warps of a block, which
-// hold the same rays and each work on every fourth group of 16 columns. Single warps are for many rays. A block takes a
-// fourth of the time per evaluation, which counts for few rays.
+// team.cuh: a team evaluates a network at 32 points, one per lane. A team is one warp, or all warps of a block. Warps alone
+// have 32 points each, for many rays; they evaluate the same layer at the same time, for which the weights are copied
+// once per block, since L2 cannot supply every warp. The warps of a block together have the same points, and each
+// works on every fourth group of 16 columns: a fourth of the time per evaluation, which counts for few rays.
 template <class Net> struct Tile {
     static constexpr int K = Net::WIDTH / 16;
     static constexpr int T = Net::WIDTH <= 256 ? 2 : 1;
     static constexpr int WORDS = (Net::SPLIT ? 2 : 1) * T * K;  // uint4 of shared memory per lane
+    static constexpr int CHUNK = (Net::SPLIT ? 2 : 1) * 32 * K;  // uint4: weights of 16 columns
 };
 
-template <int LEVEL> constexpr int most_words() {
-    int finer = 0;
-    if constexpr (LEVEL < LEVELS) finer = most_words<LEVEL + 1>();
-    return Tile<NetworkOf<LEVEL>>::WORDS > finer ? Tile<NetworkOf<LEVEL>>::WORDS : finer;
+template <int LEVEL> constexpr int most(int words, int chunk) {
+    using Net = NetworkOf<LEVEL>;
+    int own = Tile<Net>::WORDS * words + Tile<Net>::CHUNK * chunk, finer = 0;
+    if constexpr (LEVEL < LEVELS) finer = most<LEVEL + 1>(words, chunk);
+    return own > finer ? own : finer;
 }
 
-constexpr int WORDS = most_words<1 - TEXTURED>();
+constexpr int WORDS = most<1 - TEXTURED>(1, 0), CHUNK = most<1 - TEXTURED>(0, 1);
+constexpr int CHUNKS = 3;  // in shared memory: one that is in use, and two that are on their way
 
 __device__ inline int lane() { return static_cast<int>(threadIdx.x % 32u); }
 
 template <int SIZE> struct TeamOf {
     static constexpr int WARPS = SIZE;
     static constexpr int TEAMS = THREADS / 32 / WARPS;  // per block
-    // Bytes of a block's shared memory: the words of the teams' lanes, then up to 3 floats per lane that the warps of a
-    // team exchange.
-    static constexpr int TOLD = WARPS > 1 ? 3 * THREADS * static_cast<int>(sizeof(float)) : 0;
-    static constexpr int SHARED = TEAMS * 32 * WORDS * static_cast<int>(sizeof(uint4)) + TOLD;
+    // Shared memory of a block, in uint4: words of the teams' lanes, one for each thread to exchange values, and chunks.
+    static constexpr int EXCHANGE = TEAMS * 32 * WORDS, FIRST_CHUNK = EXCHANGE + THREADS;
+    static constexpr int SHARED = (FIRST_CHUNK + (WARPS == 1 ? CHUNKS * CHUNK : 0)) * static_cast<int>(sizeof(uint4));
 
     __device__ static int first() { return WARPS == 1 ? 0 : static_cast<int>(threadIdx.x / 32u); }
     __device__ static bool leads() { return first() == 0; }
@@ -33,15 +36,23 @@ template <int SIZE> struct TeamOf {
     __device__ static uint4 *scratch() {
         return shared_memory() + (WARPS == 1 ? static_cast<int>(threadIdx.x / 32u) * 32 * WORDS : 0) + lane();
     }
+    template <class T> __device__ static T *exchange() { return reinterpret_cast<T *>(shared_memory() + EXCHANGE); }
+    __device__ static uint4 *chunk(int number) { return shared_memory() + FIRST_CHUNK + number % CHUNKS * CHUNK; }
 
     __device__ static void meet() {
         if constexpr (WARPS > 1) __syncthreads();
     }
 
+    // Whether a warp of the block votes for what all of them have to do at once. vote: the same in all lanes.
+    __device__ static bool any(bool vote) {
+        if constexpr (WARPS > 1) return vote;
+        return __syncthreads_or(vote) != 0;
+    }
+
     // Sums values over the warps, in the same order for all, so that all have the same sums.
     template <int COUNT> __device__ static void add(float (&values)[COUNT]) {
         if constexpr (WARPS > 1) {
-            float *told = told_floats();
+            float *told = exchange<float>();
 #pragma unroll
             for (int c = 0; c < COUNT; ++c) told[c * THREADS + static_cast<int>(threadIdx.x)] = values[c];
             meet();
@@ -52,27 +63,6 @@ template <int SIZE> struct TeamOf {
             }
             meet();
         }
-    }
-
-    // One atomicAdd() for the team; all lanes get the old value.
-    __device__ static int take(int *counter, int count) {
-        int old = 0;
-        if constexpr (WARPS == 1) {
-            if (lane() == 0) old = atomicAdd(counter, count);
-            return __shfl_sync(WARP, old, 0);
-        } else {
-            int *told = reinterpret_cast<int *>(told_floats());
-            if (threadIdx.x == 0) *told = atomicAdd(counter, count);
-            meet();
-            old = *told;
-            meet();
-            return old;
-        }
-    }
-
-private:
-    __device__ static float *told_floats() {
-        return reinterpret_cast<float *>(shared_memory() + TEAMS * 32 * WORDS);
     }
 };
 

@@ -144,9 +144,55 @@ __device__ inline void first_layer(const Packed &net, const vec4 (&points)[T][2]
     }
 }
 
+// The B operands of COUNT matrices, K chunks of K * 32 words each. Warps alone copy them to shared memory chunk by chunk.
+template <int K, class Team, int COUNT> class Operands {
+public:
+    __device__ Operands(const uint4 *first, const uint4 *second) : from_{first, second} {
+        if constexpr (Team::WARPS == 1) {
+            __syncthreads();  // all have used the chunks of the layer before
+            for (int n = 0; n < CHUNKS - 1; ++n) begin(n);
+        }
+    }
+
+    // Makes chunk n available; all warps call it for the same n, from 0 on.
+    __device__ void await(int n) {
+        if constexpr (Team::WARPS == 1) {
+            wait_for_copies<CHUNKS - 2>();
+            __syncthreads();  // all have copied chunk n, and have used the one before
+            begin(n + CHUNKS - 1);
+        }
+    }
+
+    __device__ uint4 get(int matrix, int n, int k) const {
+        if constexpr (Team::WARPS == 1) return Team::chunk(n)[(matrix * K + k) * 32 + lane()];
+        return __ldg(from_[matrix] + (n * K + k) * 32 + lane());
+    }
+
+private:
+    __device__ void begin(int n) const {
+        if (n < K) {
+#pragma unroll
+            for (int i = 0; i < COUNT; ++i) {
+                for (int word = static_cast<int>(threadIdx.x); word < 32 * K; word += THREADS)
+                    copy(Team::chunk(n) + i * 32 * K + word, from_[i] + n * 32 * K + word);
+            }
+        }
+        end_copies();
+    }
+
+    const uint4 *from_[2];
+};
+
 template <class Net, class Team, bool LAST, int T>
-__device__ inline void hidden_layer(const Packed &net, int layer, uint4 *slopes, float (&sums)[Net::OUTPUTS][T][2]) {
+__device__ inline void hidden_layer(const Packed &net, int layer, bool active, uint4 *slopes,
+                                    float (&sums)[Net::OUTPUTS][T][2]) {
     constexpr int K = Tile<Net>::K;
+    int place = (layer - 1) * K * K * 32;
+    Operands<K, Team, Net::SPLIT ? 2 : 1> weights(net.forward + place, net.forward_rest + place);
+    if (!active) {
+        for (int n = 0; n < K; ++n) weights.await(n);
+        return;
+    }
     unsigned h[T][K][4], rest[Net::SPLIT ? T : 1][Net::SPLIT ? K : 1][4];
     Team::meet();  // all have written them
     load_inputs<Team>(0, h);
@@ -154,6 +200,7 @@ __device__ inline void hidden_layer(const Packed &net, int layer, uint4 *slopes,
     Team::meet();  // all have read them
 #pragma unroll 1
     for (int n = Team::first(); n < K; n += Team::WARPS) {
+        weights.await(n);
         float d[T][2][4];
 #pragma unroll
         for (int octet = 0; octet < 2; ++octet) {
@@ -165,36 +212,37 @@ __device__ inline void hidden_layer(const Packed &net, int layer, uint4 *slopes,
                 d[m][octet][1] = d[m][octet][3] = b1;
             }
         }
-        int place = ((layer - 1) * K + n) * K * 32 + lane();
 #pragma unroll
         for (int k = 0; k < K; ++k) {
-            uint4 b = __ldg(net.forward + place + 32 * k);
+            uint4 b = weights.get(0, n, k);
             multiply(b, h, k, d);
             if constexpr (Net::SPLIT) {
                 multiply(b, rest, k, d);
-                multiply(__ldg(net.forward_rest + place + 32 * k), h, k, d);
+                multiply(weights.get(1, n, k), h, k, d);
             }
         }
         activate<Net, Team, LAST>(net, n, d, slopes, sums);
     }
 }
 
-// Evaluates the network at T tiles. sums: of its output rows over this warp's columns. slopes: [LAYERS][T][K] for a
-// gradient, or null.
+// Evaluates the network at T tiles. active: whether this warp has points; if not, it only copies weights. sums: of the
+// output rows over this warp's columns. slopes: [LAYERS][T][K] for a gradient, or null.
 template <class Net, class Team, int T>
-__device__ inline void forward(const Packed &net, const vec4 (&points)[T][2], uint4 *slopes,
+__device__ inline void forward(const Packed &net, const vec4 (&points)[T][2], bool active, uint4 *slopes,
                                float (&sums)[Net::OUTPUTS][T][2]) {
     auto of_layer = [=](int layer) { return slopes == nullptr ? nullptr : slopes + layer * T * Tile<Net>::K; };
     constexpr int LAST = Net::LAYERS - 1;
-    first_layer<Net, Team, LAST == 0>(net, points, of_layer(0), sums);
+    if (active) first_layer<Net, Team, LAST == 0>(net, points, of_layer(0), sums);
 #pragma unroll 1
-    for (int layer = 1; layer < LAST; ++layer) hidden_layer<Net, Team, false>(net, layer, of_layer(layer), sums);
-    if constexpr (LAST > 0) hidden_layer<Net, Team, true>(net, LAST, of_layer(LAST), sums);
+    for (int layer = 1; layer < LAST; ++layer) 
+        hidden_layer<Net, Team, false>(net, layer, active, of_layer(layer), sums);
+    if constexpr (LAST > 0) hidden_layer<Net, Team, true>(net, LAST, active, of_layer(LAST), sums);
 }
 
-// Outputs of the network at p, this lane's point; the same in all warps of the team.
+// Outputs of the network at p, this lane's point; the same in all warps of the team. All warps of a block call it.
+// active: whether this warp needs them.
 template <class Net, class Team>
-__device__ inline void evaluate(const Packed &net, vec4 p, float (&outputs)[Net::OUTPUTS]) {
+__device__ inline void evaluate(const Packed &net, vec4 p, float (&outputs)[Net::OUTPUTS], bool active = true) {
     constexpr int T = Tile<Net>::T;
 #pragma unroll
     for (int c = 0; c < Net::OUTPUTS; ++c) outputs[c] = 0.0f;
@@ -203,7 +251,7 @@ __device__ inline void evaluate(const Packed &net, vec4 p, float (&outputs)[Net:
         vec4 points[T][2];
         spread(p, base, points);
         float sums[Net::OUTPUTS][T][2] = {};
-        forward<Net, Team>(net, points, nullptr, sums);
+        forward<Net, Team>(net, points, active, nullptr, sums);
 #pragma unroll
         for (int c = 0; c < Net::OUTPUTS; ++c) gather(sums[c], base, outputs[c]);
     }

@@ -55,7 +55,7 @@ struct Warp {
 };
 
 struct Barrier {
-    unsigned arrived = 0, passed = 0;
+    unsigned arrived = 0, passed = 0, votes = 0, counted = 0;  // votes: of those that have arrived; counted: when all had
 };
 
 struct Fiber {
@@ -66,6 +66,7 @@ struct Fiber {
     dim3 thread, block;
     Warp *warp = nullptr;
     Barrier *barrier = nullptr;
+    std::vector<std::vector<std::pair<uint4 *, const uint4 *>>> copies;  // groups of started copies
     std::unique_ptr<char[]> stack{new char[STACK]};
 };
 
@@ -140,6 +141,7 @@ inline void run_grid(unsigned blocks, unsigned threads, size_t shared, const std
             fiber.barrier = &barriers[i / threads];
             fiber.started = fiber.ended = false;
             fiber.generation = 0;
+            fiber.copies.assign(1, {});
             prepare(fiber);
         }
         for (bool any = true; any;) {
@@ -243,16 +245,20 @@ template <class T> T __shfl_sync(unsigned, T value, int from) {
     memcpy(&result, &word, sizeof word);
     return result;
 }
-inline void __syncthreads() {
+inline int __syncthreads_or(bool vote) {
     host::Barrier &barrier = *host::now->barrier;
     unsigned before = barrier.passed;
+    barrier.votes += vote;
     if (++barrier.arrived == blockDim.x) {
-        barrier.arrived = 0;
+        barrier.counted = barrier.votes;
+        barrier.arrived = barrier.votes = 0;
         ++barrier.passed;
     }
     do host::meet(host::BARRIER, {});
     while (barrier.passed == before);
+    return barrier.counted != 0;
 }
+inline void __syncthreads() { __syncthreads_or(false); }
 inline float __shfl_xor_sync(unsigned, float value, int flip) {
     unsigned self = threadIdx.x % 32;
     return host::value(host::meet(host::SHUFFLE_XOR, {host::bits(value)})[self ^ static_cast<unsigned>(flip)].words[0]);
@@ -262,6 +268,16 @@ namespace mplicits {
 constexpr int PEAK_ROUNDS = 2, PEAK_SIZE = 16;
 inline uint4 *shared_memory() {
     return &host::shared_words[blockIdx.x % host::RESIDENT * (host::shared_size / sizeof(uint4))];
+}
+inline void copy(uint4 *to, const uint4 *from) { host::now->copies.back().emplace_back(to, from); }
+inline void end_copies() { host::now->copies.emplace_back(); }
+// Makes only those copies that it waits for, as late as a GPU may.
+template <int LEFT> void wait_for_copies() {
+    auto &groups = host::now->copies;
+    while (groups.size() > LEFT + 1) {
+        for (auto [to, from] : groups.front()) *to = *from;
+        groups.erase(groups.begin());
+    }
 }
 inline unsigned pack(float low, float high) { return host::to_half(low) | host::to_half(high) << 16; }
 inline void unpack(unsigned both, float &low, float &high) {
