@@ -49,8 +49,8 @@ private:
 constexpr int THREADS = 128;
 
 struct Grid {
-    int blocks, shared;  // number of blocks, of THREADS threads each; bytes of shared memory of a block
-    Grid(int blocks, int shared = 0) : blocks(blocks), shared(shared) {}
+    int blocks, shared, threads;  // number of blocks; bytes of shared memory and threads of a block
+    Grid(int blocks, int shared = 0, int threads = THREADS) : blocks(blocks), shared(shared), threads(threads) {}
 };
 
 // Launches kernel(values...) in stream 0.
@@ -58,7 +58,7 @@ template <class... Parameters, class... Values>
 void launch(void (*kernel)(Parameters...), Grid grid, Values &&...values) {
     cudaLaunchConfig_t config = {};
     config.gridDim = dim3(static_cast<unsigned>(grid.blocks));
-    config.blockDim = dim3(THREADS);
+    config.blockDim = dim3(static_cast<unsigned>(grid.threads));
     config.dynamicSmemBytes = static_cast<size_t>(grid.shared);
     check(cudaLaunchKernelEx(&config, kernel, std::forward<Values>(values)...), "kernel launch");
 }

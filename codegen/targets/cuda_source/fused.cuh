@@ -162,25 +162,23 @@ __global__ void __launch_bounds__(THREADS) trace(Settings s, PackedNetworks netw
 
 // Takes all steps of the rays that wait for `round`, at any level, in march()'s order. For the few rays that are left,
 // every kernel of a phase would take as long as its slowest ray.
-__global__ void __launch_bounds__(THREADS) finish(Settings s, PackedNetworks networks, Rays rays, int round) {
+__global__ void __launch_bounds__(Together::BLOCK) finish(Settings s, PackedNetworks networks, Rays rays, int round) {
     const int count = rays.waiting_in(round);
     Work work;
-    vec3 eye = s.eye();
     for (int first = 32 * static_cast<int>(blockIdx.x); first < count; first += 32 * static_cast<int>(gridDim.x)) {
         int pixel = rays.waiting_at(round, first + lane());
         bool live = pixel >= 0;
         Hit ray = live ? rays.state[pixel] : Hit{};
         Past past = live ? rays.past[pixel] : Past{};
-        vec3 direction = s.direction(live ? pixel : 0);
-        float far = leaving(s, direction);
         int now = round, phase = next_phase(ray, s), step = 0;
         while (__any_sync(WARP, live)) {
             int reached;
-            vec4 p = vec4(eye + ray.t * direction, fourth());
+            vec4 p = vec4(s.eye() + ray.t * s.direction(live ? pixel : 0), fourth());
             float f = value_of<LEVELS, Together>(networks, s, live ? phase : 0, p, reached, work);
             bool done = false;
             if (live) {
-                go_on(ray, past, f, reached, s, direction, far);
+                vec3 direction = s.direction(pixel);
+                go_on(ray, past, f, reached, s, direction, leaving(s, direction));
                 int next = next_phase(ray, s);
                 if (next != phase || ++step == iterations[phase - 1]) {
                     now += next <= phase;

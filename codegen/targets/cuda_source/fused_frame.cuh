@@ -12,7 +12,7 @@ class Fused {
 public:
     Fused(const Settings &s, int processors)
         : processors_(processors), state_(pixels(s)), past_(pixels(s)), even_(pixels(s) * LEVELS), odd_(pixels(s) * LEVELS),
-          hits_(pixels(s)), waiting_(counters(s)), taken_(counters(s)), hit_count_(1), work_(2 * LEVELS) {
+          hits_(pixels(s)), counters_(2 * queues(s) + 1), work_(2 * LEVELS) {
         for (int i = TEXTURED ? 0 : 1; i <= LEVELS; ++i) {
             packings_.emplace_back(NETWORKS[i]);
             networks_.of[i] = packings_.back().upload();
@@ -24,11 +24,10 @@ public:
 
     // Draws a frame, and calls mark(name) after each stage.
     template <class Mark> void draw(const Settings &s, vec4 *image, Mark mark) {
-        Rays rays = {state_.get(), past_.get(), {even_.get(), odd_.get()}, hits_.get(), waiting_.get(), taken_.get(),
-                     hit_count_.get(), work_.get(), s.pixels()};
-        waiting_.clear();
-        taken_.clear();
-        hit_count_.clear();
+        int *waiting = counters_.get(), *taken = waiting + queues(s);
+        Rays rays = {state_.get(), past_.get(), {even_.get(), odd_.get()}, hits_.get(), waiting, taken,
+                     taken + queues(s), work_.get(), s.pixels()};
+        counters_.clear();
         work_.clear();
         launch(enter, blocks_for(s.pixels()), s, rays);
         mark("enter");
@@ -45,7 +44,7 @@ public:
 
     Statistics statistics() const {
         Statistics counted;
-        std::vector<int> waiting = waiting_.read();
+        std::vector<int> waiting = counters_.read();
         for (int round = 0; round <= round_; ++round) {
             auto row = waiting.begin() + round * LEVELS;
             if (std::all_of(row, row + LEVELS, [](int count) { return count == 0; })) break;
@@ -54,20 +53,20 @@ public:
         std::vector<unsigned long long> work = work_.read();
         std::copy(work.begin(), work.begin() + LEVELS, counted.evaluated);
         std::copy(work.begin() + LEVELS, work.end(), counted.lanes_used);
-        counted.hits = hit_count_.read()[0];
+        counted.hits = waiting.back();
         return counted;
     }
 
 private:
     static size_t pixels(const Settings &s) { return static_cast<size_t>(s.pixels()); }
-    static size_t counters(const Settings &s) { return static_cast<size_t>(s.rounds + 1) * LEVELS; }
+    static size_t queues(const Settings &s) { return static_cast<size_t>(s.rounds + 1) * LEVELS; }
 
     // As many blocks as the device runs at once: the kernels take work until none is left.
     template <class Team, class Kernel> Grid resident(Kernel kernel) const {
         int each = 0;
         check(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, Team::SHARED), "shared memory");
-        check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&each, kernel, THREADS, Team::SHARED), "occupancy");
-        return Grid(std::max(1, each) * processors_, Team::SHARED);
+        check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&each, kernel, Team::BLOCK, Team::SHARED), "occupancy");
+        return Grid(std::max(1, each) * processors_, Team::SHARED, Team::BLOCK);
     }
 
     template <int PHASE> void set_grids(std::integral_constant<int, PHASE>) {
@@ -87,7 +86,7 @@ private:
     Grid finish_grid_ = 1, shade_grid_ = 1;
     Buffer<Hit> state_;
     Buffer<Past> past_;
-    Buffer<int> even_, odd_, hits_, waiting_, taken_, hit_count_;
+    Buffer<int> even_, odd_, hits_, counters_;  // counters: waiting, taken, hit_count of Rays
     Buffer<unsigned long long> work_;
     std::list<Packing> packings_;
     PackedNetworks networks_ = {};

@@ -2,7 +2,7 @@
 // team.cuh: a team evaluates a network at 32 points, one per lane. A team is one warp, or all warps of a block. Warps alone
 // have 32 points each, for many rays; they evaluate the same layer at the same time, for which the weights are copied
 // once per block, since L2 cannot supply every warp. The warps of a block together have the same points, and each
-// works on every fourth group of 16 columns: a fourth of the time per evaluation, which counts for few rays.
+// works on every eighth group of 16 columns: less time per evaluation, which counts for few rays.
 template <class Net> struct Tile {
     static constexpr int K = Net::WIDTH / 16;
     static constexpr int T = Net::WIDTH <= 256 ? 2 : 1;
@@ -22,11 +22,11 @@ constexpr int CHUNKS = 3;  // in shared memory: one that is in use, and two that
 
 __device__ inline int lane() { return static_cast<int>(threadIdx.x % 32u); }
 
-template <int SIZE> struct TeamOf {
+template <int SIZE, int TEAMS> struct TeamOf {
     static constexpr int WARPS = SIZE;
-    static constexpr int TEAMS = THREADS / 32 / WARPS;  // per block
+    static constexpr int BLOCK = 32 * WARPS * TEAMS;  // threads
     // Shared memory of a block, in uint4: words of the teams' lanes, one for each thread to exchange values, and chunks.
-    static constexpr int EXCHANGE = TEAMS * 32 * WORDS, FIRST_CHUNK = EXCHANGE + THREADS;
+    static constexpr int EXCHANGE = TEAMS * 32 * WORDS, FIRST_CHUNK = EXCHANGE + BLOCK;
     static constexpr int SHARED = (FIRST_CHUNK + (WARPS == 1 ? CHUNKS * CHUNK : 0)) * static_cast<int>(sizeof(uint4));
 
     __device__ static int first() { return WARPS == 1 ? 0 : static_cast<int>(threadIdx.x / 32u); }
@@ -54,18 +54,17 @@ template <int SIZE> struct TeamOf {
         if constexpr (WARPS > 1) {
             float *told = exchange<float>();
 #pragma unroll
-            for (int c = 0; c < COUNT; ++c) told[c * THREADS + static_cast<int>(threadIdx.x)] = values[c];
+            for (int c = 0; c < COUNT; ++c) told[c * BLOCK + static_cast<int>(threadIdx.x)] = values[c];
             meet();
 #pragma unroll
             for (int c = 0; c < COUNT; ++c) {
                 values[c] = 0.0f;
-                for (int warp = 0; warp < WARPS; ++warp) values[c] += told[c * THREADS + 32 * warp + lane()];
+                for (int warp = 0; warp < WARPS; ++warp) values[c] += told[c * BLOCK + 32 * warp + lane()];
             }
             meet();
         }
     }
 };
 
-using Alone = TeamOf<1>;
-using Together = TeamOf<THREADS / 32>;
-static_assert(Together::SHARED <= Alone::SHARED, "a launch with room for warps alone has room for a team of them");
+using Alone = TeamOf<1, THREADS / 32>;
+using Together = TeamOf<8, 1>;

@@ -144,7 +144,8 @@ __device__ inline void first_layer(const Packed &net, const vec4 (&points)[T][2]
     }
 }
 
-// The B operands of COUNT matrices, K chunks of K * 32 words each. Warps alone copy them to shared memory chunk by chunk.
+// The B operands of COUNT matrices, in K chunks of 32 K words, one after the other. Warps alone use the same chunks at the
+// same time, and copy them to shared memory in advance. Each warp of a team has chunks of its own.
 template <int K, class Team, int COUNT> class Operands {
 public:
     __device__ Operands(const uint4 *first, const uint4 *second) : from_{first, second} {
@@ -154,8 +155,8 @@ public:
         }
     }
 
-    // Makes chunk n available; all warps call it for the same n, from 0 on.
-    __device__ void await(int n) {
+    // Waits for chunk n.
+    __device__ void await(int n) const {
         if constexpr (Team::WARPS == 1) {
             wait_for_copies<CHUNKS - 2>();
             __syncthreads();  // all have copied chunk n, and have used the one before
@@ -173,7 +174,7 @@ private:
         if (n < K) {
 #pragma unroll
             for (int i = 0; i < COUNT; ++i) {
-                for (int word = static_cast<int>(threadIdx.x); word < 32 * K; word += THREADS)
+                for (int word = static_cast<int>(threadIdx.x); word < 32 * K; word += Team::BLOCK)
                     copy(Team::chunk(n) + i * 32 * K + word, from_[i] + n * 32 * K + word);
             }
         }
@@ -189,7 +190,7 @@ __device__ inline void hidden_layer(const Packed &net, int layer, bool active, u
     constexpr int K = Tile<Net>::K;
     int place = (layer - 1) * K * K * 32;
     Operands<K, Team, Net::SPLIT ? 2 : 1> weights(net.forward + place, net.forward_rest + place);
-    if (!active) {
+    if (Team::WARPS == 1 && !active) {
         for (int n = 0; n < K; ++n) weights.await(n);
         return;
     }
@@ -232,7 +233,7 @@ __device__ inline void forward(const Packed &net, const vec4 (&points)[T][2], bo
                                float (&sums)[Net::OUTPUTS][T][2]) {
     auto of_layer = [=](int layer) { return slopes == nullptr ? nullptr : slopes + layer * T * Tile<Net>::K; };
     constexpr int LAST = Net::LAYERS - 1;
-    if (active) first_layer<Net, Team, LAST == 0>(net, points, of_layer(0), sums);
+    if (Team::WARPS > 1 || active) first_layer<Net, Team, LAST == 0>(net, points, of_layer(0), sums);
 #pragma unroll 1
     for (int layer = 1; layer < LAST; ++layer) 
         hidden_layer<Net, Team, false>(net, layer, active, of_layer(layer), sums);

@@ -39,7 +39,7 @@ struct uint4 {
 inline dim3 blockDim, gridDim;
 
 namespace host {
-constexpr int RESIDENT = 2;
+constexpr int RESIDENT = 2, MOST_THREADS = 256;
 constexpr size_t STACK = 512 * 1024;
 enum Operation { SHUFFLE = 1, SHUFFLE_XOR, BALLOT, MMA, BARRIER };
 
@@ -120,13 +120,13 @@ __attribute__((noinline)) inline void prepare(Fiber &fiber) {
 }
 
 inline void run_grid(unsigned blocks, unsigned threads, size_t shared, const std::function<void()> &kernel) {
-    static std::vector<Fiber> fibers(RESIDENT * 128);
-    static std::vector<Warp> warps(RESIDENT * 4);
+    static std::vector<Fiber> fibers(RESIDENT * MOST_THREADS);
+    static std::vector<Warp> warps(RESIDENT * MOST_THREADS / 32);
     static unsigned lot = 1;
     std::vector<Barrier> barriers(RESIDENT);
     shared_size = shared;
     shared_words.assign(RESIDENT * shared / sizeof(uint4), uint4{~0u, ~0u, ~0u, ~0u});
-    if (threads != 128) fail("blocks have 128 threads here");
+    if (threads % 32 || threads > MOST_THREADS) fail("blocks have up to 256 threads here");
     body = &kernel;
     blockDim = dim3(threads);
     gridDim = dim3(blocks);

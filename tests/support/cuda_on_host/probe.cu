@@ -10,20 +10,21 @@
 namespace mplicits {
 constexpr int FIRST = 1 - TEXTURED, ROWS = LEVELS + TEXTURED;
 
-// The warps of a block in a team hold the same points, so they take the points of each warp in turn.
-template <class Net> vec4 together(const Packed &net, const vec4 *points) {
-    vec4 mine(0.0f);
-    __syncthreads();
-    for (unsigned warp = 0; warp < THREADS / 32; ++warp) {
-        vec4 p = points[blockIdx.x * THREADS + 32 * warp + threadIdx.x % 32];
-        float values[Net::OUTPUTS], rough[Net::OUTPUTS];
-        evaluate<Net, Together>(net, p, values);
-        evaluate<Rough<Net>, Together>(net, p, rough);
-        constexpr int LAST = Net::OUTPUTS - 1;
-        if (threadIdx.x / 32 == warp) mine = vec4(values[0], values[LAST / 2], values[LAST], rough[0]);
-    }
-    __syncthreads();
-    return mine;
+// Each block has 32 points, the same in all warps of its team.
+template <int LEVEL> void probe_together(PackedNetworks networks, const vec4 *points, vec4 *out) {
+    using Net = NetworkOf<LEVEL>;
+    int place = static_cast<int>(32 * blockIdx.x + threadIdx.x % 32);
+    float values[Net::OUTPUTS], rough[Net::OUTPUTS];
+    evaluate<Net, Together>(networks.of[LEVEL], points[place], values);
+    evaluate<Rough<Net>, Together>(networks.of[LEVEL], points[place], rough);
+    constexpr int LAST = Net::OUTPUTS - 1;
+    if (Together::leads()) out[place] = vec4(values[0], values[LAST / 2], values[LAST], rough[0]);
+}
+
+template <int LEVEL>
+void all_together(const PackedNetworks &networks, const vec4 *points, vec4 *out, int count) {
+    launch(probe_together<LEVEL>, Grid(count / 32, Together::SHARED, Together::BLOCK), networks, points, out);
+    if constexpr (LEVEL < LEVELS) all_together<LEVEL + 1>(networks, points, out + count, count);
 }
 
 template <int LEVEL>
@@ -37,7 +38,6 @@ void at_level(const PackedNetworks &networks, const vec4 *points, vec4 *out, int
     } else {
         out[place] = vec4(evaluate_gradient<Net>(networks.of[LEVEL], p), values[0]);
     }
-    out[ROWS * count + place] = together<Net>(networks.of[LEVEL], points);
     if constexpr (LEVEL < LEVELS) at_level<LEVEL + 1>(networks, points, out + count, count, place);
 }
 
@@ -65,7 +65,9 @@ int main() {
         networks.of[i] = packings.back().upload();
     }
     Buffer<vec4> in(points), out(static_cast<size_t>((2 * ROWS + LEVELS + 1) * count));
-    launch(probe, Grid(count / THREADS, Alone::SHARED), networks, static_cast<const vec4 *>(in.get()), out.get(), count);
+    const vec4 *all = in.get();
+    launch(probe, Grid(count / THREADS, Alone::SHARED), networks, all, out.get(), count);
+    all_together<FIRST>(networks, all, out.get() + ROWS * count, count);
     std::vector<vec4> rows = out.read();
     fwrite(rows.data(), sizeof(vec4), rows.size(), stdout);
 }
