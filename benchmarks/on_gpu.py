@@ -21,7 +21,8 @@ import tomllib
 import zipfile
 from pathlib import Path
 
-from gpu_stages import PACK, ROOT, STAGES
+from gpu_commands import PACK, ROOT
+from gpu_stages import STAGES
 from stages import Results, Stage, run_stages
 
 DRIVER = ("/usr/local/nvidia/share", "/usr/share", "/etc")

@@ -17,7 +17,9 @@ import sys
 
 from PIL import Image
 
-from gpu_stages import CAMERA, CHECKED, PACK, ROOT
+from gpu_commands import PACK, ROOT
+from gpu_cuda import CAMERA
+from gpu_programs import CHECKED
 from protocol import DATA
 from table2 import MODELS_OF, train
 
