@@ -1,25 +1,29 @@
 """Gather what a run on a GPU needs and the machine with the GPU may lack, in the ignored folder out/gpu.
 
-    nice python benchmarks/pack_for_gpu.py [--python 3.12]
+    nice python benchmarks/pack_for_gpu.py [--python 3.12] [--arch sm_90]
 
 wheels/    packages that PyTorch does not bring, for that version of Python
 lib/       the loaders of OpenGL and Vulkan; the driver is the machine's own
 data/      the shapes and photographs of the data's folder that the stages of on_gpu.py read
 models/    the models of Table 2, trained on Armadillo in few steps: speed depends on their widths, not on their quality
 pictures/  reference pictures of the CUDA programs, drawn by the GLSL renderer on software OpenGL
+programs/  the CUDA programs, compiled for --arch, each gzip-compressed; only where nvcc is installed
 """
 
 import argparse
+import gzip
 import json
 import shutil
 import subprocess
 import sys
+import tempfile
+from pathlib import Path
 
 from PIL import Image
 
 from gpu_commands import PACK, ROOT
 from gpu_cuda import CAMERA
-from gpu_programs import CHECKED
+from gpu_programs import CHECKED, PROGRAMS, bake, packed_of
 from protocol import DATA
 from table2 import MODELS_OF, train
 
@@ -91,10 +95,29 @@ def draw_references() -> None:
             png.unlink()
 
 
+def compile_programs(arch: str) -> None:
+    """Compile the CUDA programs of the models for an architecture, as sm_90; those that are there stay."""
+    if shutil.which("nvcc") is None:
+        print("no CUDA programs: nvcc is not installed")
+        return
+    with tempfile.TemporaryDirectory() as scratch:
+        source, program = Path(scratch, "model.cu"), Path(scratch, "model")
+        for name in PROGRAMS:
+            packed = packed_of(name, arch)
+            if not packed.exists():
+                bake(name, source)
+                subprocess.run(["nvcc", "-O3", f"-arch={arch}", source, "-o", program], check=True)
+                packed.parent.mkdir(parents=True, exist_ok=True)
+                for older in packed.parent.glob(f"{arch}-*"):
+                    older.unlink()
+                packed.write_bytes(gzip.compress(program.read_bytes()))
+
+
 def main() -> None:
     """Fill the folder; models that are there stay."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--python", default="3.12", help="version on the machine with the GPU (default 3.12)")
+    parser.add_argument("--arch", default="sm_90", help="nvcc's architecture of its card (default sm_90: H100, H200)")
     options = parser.parse_args()
     copy_files()
     fetch_wheels(options.python)
@@ -102,6 +125,7 @@ def main() -> None:
         steps = ",".join(str(STEPS[level]) for level in levels.split(","))
         train(PACK / "models" / f"{name}.safetensors", levels, "--steps", steps)
     draw_references()
+    compile_programs(options.arch)
     size = sum(path.stat().st_size for path in PACK.rglob("*") if path.is_file())
     print(json.dumps({"folder": str(PACK), "mebibytes": round(size / 2**20, 1)}))
 
