@@ -20,8 +20,6 @@ Stages = dict[str, dict[str, Any]]
 GOAL_FPS, GOAL_OVER_SIREN, GOAL_OVER_LAYERED, GOAL_STUDIO_FPS = 1000, 5, 10, 60
 SLOW_CARD_TFLOPS = 2.0
 """float32 TFLOP/s of an integrated GPU, for which the studio's frames per second are extrapolated."""
-GRAPHICS_SHARE = {"H100": 2 / 66, "H200": 2 / 66}
-"""Share of the multiprocessors that run fragment shaders, where not all do (NVIDIA H100 whitepaper: 2 of 66 TPCs)."""
 KERNEL_METRICS = (
     "Duration",
     "Compute (SM) Throughput",
@@ -108,13 +106,16 @@ def goals(stages: Stages) -> list[tuple[str, object, str]]:
                     GOAL_OVER_LAYERED,
                 )
             )
-    for frame in stages.get("glsl", {}).get("results", {}).get("frames", []):
+    drawn = stages.get("glsl", {}).get("results", {})
+    share, peak = (
+        drawn.get("fragment_share", {}).get("share"),
+        stages.get("machine", {}).get("results", {}).get("float32_tflops"),
+    )
+    for frame in drawn.get("frames", []):
         if (frame["model"], frame["shade"], frame["height"], frame["storage"]) == ("spot", "studio", 1080, "auto"):
             wanted.append(("spot, studio, 1080p, GLSL, frames per second", frame["fps"], GOAL_STUDIO_FPS))
-            if peak := stages.get("machine", {}).get("results", {}).get("float32_tflops"):
+            if peak and share:
                 name = f"the same on a card of {SLOW_CARD_TFLOPS:g} TFLOP/s (extrapolated)"
-                gpu = stages["machine"]["results"].get("gpu", "")
-                share = next((share for card, share in GRAPHICS_SHARE.items() if card in gpu), 1.0)
                 wanted.append((name, 1e3 / frame["gpu_ms"] * SLOW_CARD_TFLOPS / (share * peak), GOAL_STUDIO_FPS))
     return [
         (name, float(value), f"{'reached' if value >= goal else 'MISSED'}: at least {goal}")
@@ -139,6 +140,28 @@ def training_rows(runs: list[dict[str, Any]]) -> Iterable[Sequence[object]]:
         yield run["shape"], run["preset"], run["device"], steps, last["mean_f"], last["angle"], reached
 
 
+def glsl_section(found: dict[str, Any]) -> list[str]:
+    """Format the section about GLSL."""
+    lines = ["## GLSL", "", f"{found.get('renderer', 'not measured')}; one ray per pixel."]
+    columns = ("model", "storage", "shade", "width", "height", "fps", "gpu_ms", "compile_seconds")
+    lines += table(columns, ([frame[column] for column in columns] for frame in found.get("frames", [])))
+    late = [f"{case['model']}, {case['storage']}, {case['late']}" for case in found.get("skipped", [])]
+    if late:
+        lines += [f"Without a frame: {'; '.join(dict.fromkeys(late))}.", ""]
+    share = found.get("fragment_share", {})
+    if "share" in share:
+        lines += [
+            f"Share of the card that fragment shaders get: {share['share']:.3g}. The same loop takes "
+            f"{share['compute_ms']:.3g} ms as a compute shader, {share['fragment_ms']:.3g} ms as a fragment shader.",
+            "",
+        ]
+    elif share:
+        lines += [f"Share of the card that fragment shaders get: not measured. {share['missing']}.", ""]
+    columns = ("variant", "size", "fps", "milliseconds")
+    lines += ["Frames of spot, studio, by CUDA, which has no such share:"]
+    return [*lines, *table(columns, ([row[column] for column in columns] for row in found.get("cuda_frames", [])))]
+
+
 def gpu_page(stages: Stages) -> list[str]:
     """Format the page about everything."""
     of = {name: stage["results"] for name, stage in stages.items()}
@@ -150,8 +173,8 @@ def gpu_page(stages: Stages) -> list[str]:
         "layered has the plain schedule and takes every ray to its end; fused is relaxed.",
         "",
         "The extrapolation multiplies the time of a frame by the card's measured float32 rate over that of the slow "
-        "card: it assumes that the shader uses the same share of either card. H100 and H200 run fragment shaders on 2 "
-        "of 66 pairs of multiprocessors (NVIDIA's H100 whitepaper); their rate is multiplied by that share.",
+        "card: it assumes that the shader uses the same share of either card. The rate is first multiplied by the "
+        "measured share of the card that fragment shaders get.",
         "",
         "## CUDA",
         "",
@@ -175,10 +198,7 @@ def gpu_page(stages: Stages) -> list[str]:
     rows = ((name, *(metrics.get(metric) for metric in KERNEL_METRICS)) for name, metrics in kernels.items())
     lines += ["Counters of the kernels of one frame of (64, 2) > (128, 2) > (256, 2), fused:"]
     lines += table(("kernel", *KERNEL_METRICS), rows)
-    lines += ["## GLSL", "", f"{of.get('glsl', {}).get('renderer', 'not measured')}; one ray per pixel."]
-    columns = ("model", "storage", "shade", "width", "height", "fps", "gpu_ms", "compile_seconds")
-    frames = of.get("glsl", {}).get("frames", [])
-    lines += table(columns, ([frame[column] for column in columns] for frame in frames))
+    lines += glsl_section(of.get("glsl", {}))
     lines += [
         "## Training",
         "",

@@ -79,7 +79,13 @@ def test_pages_show_the_numbers_and_the_goals(tmp_path: Path) -> None:
     first = {
         "machine": {"gpu": "a card, 580", "nvcc": "13.0", "torch": "2.11", "float32_tflops": 50.0},
         "table2": {"rows": rows, "peaks": {"peak_mma_tflops": 600}},
-        "glsl": {"renderer": "a card", "frames": [frame | {"gpu_ms": 2.5, "compile_seconds": 1.0}]},
+        "glsl": {
+            "renderer": "a card",
+            "fragment_share": {"fragment_ms": 8.0, "compute_ms": 2.0, "share": 0.25},
+            "frames": [frame | {"gpu_ms": 2.5, "compile_seconds": 1.0}],
+            "skipped": [{"model": "two-128", "storage": "literal", "late": "not compiled in 60 s"}],
+            "cuda_frames": [{"variant": "simple", "size": "1920x1080", "fps": 50, "milliseconds": 20}],
+        },
         "lucy": {
             "runs": [
                 run | {"device": "cuda", "curve": [[5.0, 10, 4e-4], [9.0, 50, 3e-4]]},
@@ -104,7 +110,10 @@ def test_pages_show_the_numbers_and_the_goals(tmp_path: Path) -> None:
     assert f"| {largest}, frames per second at 512 x 512 | 1200 | reached: at least 1000 |" in page
     assert "| its ratio to the (256, 4) SIREN, drawn the same way | 6 | reached: at least 5 |" in page
     assert "| its ratio to layered | 8 | MISSED: at least 10 |" in page
-    assert "extrapolated) | 16 | MISSED: at least 60 |" in page  # 400 frames per second by 2 of 50 TFLOP/s
+    assert "extrapolated) | 64 | reached: at least 60 |" in page  # 400 frames per second by 2 of 0.25 * 50 TFLOP/s
+    assert "Share of the card that fragment shaders get: 0.25. The same loop takes 2 ms" in page
+    assert "Without a frame: two-128, literal, not compiled in 60 s." in page
+    assert "| simple | 1920x1080 | 50 | 20 |" in page
     assert "| lucy | base | cuda | 100 | 0.0002 | 7 | 9 |" in page
     assert "| wgsl | done | 2 | 0 |" in page
     assert "compute-sanitizer is not installed" in page
