@@ -1,4 +1,4 @@
-"""Stage of on_gpu.py that runs WGSL by WebGPU on Vulkan."""
+"""Stage of on_gpu.py that runs WGSL by WebGPU on Vulkan: a field, and the trainer of the studio page."""
 
 import time
 
@@ -7,14 +7,34 @@ from stages import Results
 
 
 def wgsl(results: Results) -> None:
+    """Time the trainer of the studio page, then a field."""
+    import wgpu  # type: ignore[import-untyped]
+
+    results.set("adapters", [adapter.summary for adapter in wgpu.gpu.enumerate_adapters_sync()])
+    trainer_steps(results)
+    evaluations(results)
+
+
+def trainer_steps(results: Results) -> None:
+    """Time steps of the studio's trainer, and compare its gradients with autograd's."""
+    import wgpu
+
+    from wgsl_trainer import NETWORKS, measure
+
+    adapter = wgpu.gpu.request_adapter_sync(power_preference="high-performance")
+    results.set("trainer_adapter", adapter.summary)
+    device = adapter.request_device_sync()
+    for name in list(NETWORKS)[:1] + list(NETWORKS)[-1:] if REHEARSAL else NETWORKS:
+        results.add("steps", measure(device, name, 2 if REHEARSAL else 200))
+
+
+def evaluations(results: Results) -> None:
     """Evaluate the WGSL function of spot by WebGPU on Vulkan: its difference from numpy, and points per second."""
     import numpy as np
-    import wgpu  # type: ignore[import-untyped]
     from wgpu.utils.compute import compute_with_buffers  # type: ignore[import-untyped]
 
     import mplicits
 
-    results.set("adapters", [adapter.summary for adapter in wgpu.gpu.enumerate_adapters_sync()])
     field, count, turns = mplicits.load("spot"), 4096 if REHEARSAL else 1 << 20, 4 if REHEARSAL else 64
     points = np.random.default_rng(0).uniform(-0.7, 0.7, (count, 4)).astype(np.float32)
     main = """

@@ -49,7 +49,9 @@ def prepare(scratch: Path) -> dict[str, str]:
         name = wheel.name.split("-")[0]
         if importlib.util.find_spec({"libigl": "igl"}.get(name, name)) is None:
             zipfile.ZipFile(wheel).extractall(site)
-    environment["PYTHONPATH"] = os.pathsep.join(filter(None, [str(site), os.environ.get("PYTHONPATH", "")]))
+    environment["PYTHONPATH"] = os.pathsep.join(
+        filter(None, [str(site), str(ROOT / "tests"), os.environ.get("PYTHONPATH", "")])
+    )
     environment["MPLICITS_DATA"], environment["MPLICITS_PROGRAMS"] = str(PACK / "data"), str(scratch / "programs")
     libraries = [] if loads("libEGL.so.1") and loads("libvulkan.so.1") else [str(PACK / "lib")]
     packages = [path for folder in sys.path for path in Path(folder).glob("nvidia/*/lib/libcublas.so.*")]

@@ -157,9 +157,28 @@ def glsl_section(found: dict[str, Any]) -> list[str]:
         ]
     elif share:
         lines += [f"Share of the card that fragment shaders get: not measured. {share['missing']}.", ""]
-    columns = ("variant", "size", "fps", "milliseconds")
     lines += ["Frames of spot, studio, by CUDA, which has no such share:"]
-    return [*lines, *table(columns, ([row[column] for column in columns] for row in found.get("cuda_frames", [])))]
+    names = ("variant", "size", "fps", "milliseconds")
+    return [*lines, *table(names, ([row[name] for name in names] for row in found.get("cuda_frames", [])))]
+
+
+def wgsl_section(found: dict[str, Any]) -> list[str]:
+    """Format the section about WGSL."""
+    lines = ["## WGSL on Vulkan", "", f"{', '.join(found.get('adapters', ['not measured']))}."]
+    if len(evaluations := list(found.get("evaluations", {}).items())) == 2:
+        (few, fewer), (many, more) = evaluations
+        seconds = max(found[f"seconds_{many}"] - found[f"seconds_{few}"], 1e-9)
+        lines += [f"Evaluations of spot in a second, compiling and copying left out: {(more - fewer) / seconds:.3g}."]
+    lines += [
+        f"Largest difference from numpy: {found.get('largest_difference', 'not measured')}.",
+        "",
+        f"A training step of the studio page (`studio/kernel/step.wgsl`) on {found.get('trainer_adapter', 'no card')}: "
+        "with writing the samples and weights and reading the gradient back, as the page does, and its dispatches "
+        "alone. Difference: of the gradient from torch.autograd in 64 bits, relative to each weight's largest entry.",
+    ]
+    columns = ("network", "samples", "page_ms", "alone_ms", "gflops", "difference")
+    names = ("network", "samples", "as the page, ms", "dispatches, ms", "GFLOP/s", "largest difference")
+    return [*lines, *table(names, ([step[column] for column in columns] for step in found.get("steps", [])))]
 
 
 def gpu_page(stages: Stages) -> list[str]:
@@ -210,18 +229,8 @@ def gpu_page(stages: Stages) -> list[str]:
         ("shape", "preset", "device", "steps", "mean abs f", "angle, degrees", "seconds"),
         [row for shape in ("armadillo", "lucy") for row in training_rows([r for r in runs if r["shape"] == shape])],
     )
-    web = of.get("wgsl", {})
-    lines += ["## WGSL on Vulkan", "", f"{', '.join(web.get('adapters', ['not measured']))}."]
-    if len(evaluations := list(web.get("evaluations", {}).items())) == 2:
-        (few, fewer), (many, more) = evaluations
-        seconds = max(web[f"seconds_{many}"] - web[f"seconds_{few}"], 1e-9)
-        lines += [f"Evaluations of spot in a second, compiling and copying left out: {(more - fewer) / seconds:.3g}."]
-    lines += [
-        f"Largest difference from numpy: {web.get('largest_difference', 'not measured')}.",
-        "",
-        "## Photographs",
-        "",
-    ]
+    lines += wgsl_section(of.get("wgsl", {}))
+    lines += ["## Photographs", ""]
     lines += [
         "The seconds of ours include reading the photographs and finishing the model; those of NeuS only learning."
     ]

@@ -95,9 +95,10 @@ def test_pages_show_the_numbers_and_the_goals(tmp_path: Path) -> None:
         "sanitizer": {"missing": "compute-sanitizer is not installed"},
         "wgsl": {},
     }
+    step = {"network": "64x2", "samples": 4096, "page_ms": 2.5, "alone_ms": 0.5, "gflops": 800.0, "difference": 1e-6}
     reports: list[dict[str, Any]] = [
         {name: {"status": "done", "seconds": 1.0, "results": found} for name, found in first.items()},
-        {"wgsl": {"status": "done", "seconds": 2.0, "results": {"adapters": ["a card via Vulkan"]}}},
+        {"wgsl": {"status": "done", "seconds": 2.0, "results": {"adapters": ["a card via Vulkan"], "steps": [step]}}},
         {"wgsl": {"status": "skipped", "seconds": 0.0, "results": {}}},
     ]
     folders = [tmp_path / str(k) for k in range(len(reports))]
@@ -113,6 +114,7 @@ def test_pages_show_the_numbers_and_the_goals(tmp_path: Path) -> None:
     assert "extrapolated) | 64 | reached: at least 60 |" in page  # 400 frames per second by 2 of 0.25 * 50 TFLOP/s
     assert "Share of the card that fragment shaders get: 0.25. The same loop takes 2 ms" in page
     assert "Without a frame: two-128, literal, not compiled in 60 s." in page
+    assert "| 64x2 | 4096 | 2.5 | 0.5 | 800 | 1e-06 |" in page
     assert "| simple | 1920x1080 | 50 | 20 |" in page
     assert "| lucy | base | cuda | 100 | 0.0002 | 7 | 9 |" in page
     assert "| wgsl | done | 2 | 0 |" in page
