@@ -8,7 +8,7 @@ from functools import partial
 from gpu_commands import DEVICE, REHEARSAL, run
 from gpu_cuda import check, counters, sanitizer, table2
 from gpu_glsl import glsl
-from gpu_learning import photos, step, train
+from gpu_learning import normals, photos, step, train
 from gpu_wgsl import wgsl
 from stages import Results
 
@@ -51,8 +51,9 @@ STAGES: dict[str, tuple[float, Callable[[Results], None]]] = {
     "sanitizer": (60, sanitizer),
     "armadillo": (150, partial(train, "armadillo")),
     "step": (70, step),
+    "normals": (60, normals),
     "counters": (120, counters),
-    "wgsl": (30, wgsl),
+    "wgsl": (60, wgsl),
     "photos": (200, photos),
     "lucy": (150, partial(train, "lucy")),
 }

@@ -264,7 +264,9 @@ def main() -> None:
     if stages.get("table2", {}).get("results", {}).get("rows"):
         machine = describe(stages.get("machine", {}).get("results", {}))
         pages["table2.md"] = "\n".join(table2_page(stages["table2"]["results"], machine))
-    pages |= {name: text for name, text in stages.get("step", {}).get("results", {}).items() if name.endswith(".md")}
+    for stage in ("step", "normals"):
+        found = stages.get(stage, {}).get("results", {})
+        pages |= {name: text for name, text in found.items() if name.endswith(".md")}
     for name, text in pages.items():
         (options.pages / name).write_text(text.rstrip() + "\n", encoding="utf-8")
         print(options.pages / name)

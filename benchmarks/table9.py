@@ -220,7 +220,7 @@ def main() -> None:
         print(*rows, *remark, sep="\n", flush=True)
         lines += rows
         remarks += remark
-    write_whole(output, "\n".join([*lines, *remarks]) + "\n")
+        write_whole(output, "\n".join([*lines, *remarks]) + "\n")  # what is measured outlives a time limit
 
 
 if __name__ == "__main__":
