@@ -13,7 +13,8 @@ from gpu_commands import DEVICE, MPLICITS, PACK, REHEARSAL, ROOT, run
 from stages import Results
 
 TRAIN_SECONDS = 40 if REHEARSAL else 60
-PHOTO_SECONDS = 10 if REHEARSAL else 50
+PHOTO_SECONDS = float(os.environ.get("MPLICITS_PHOTO_SECONDS", "10" if REHEARSAL else "50"))
+"""Seconds of each of the three learnings of the photographs."""
 HELD_OUT, CAMERA_SIZE = 8, (1600, 1200)
 """Every eighth photograph of scan 24 is held out; the size of the pictures that its cameras are for."""
 

@@ -8,7 +8,7 @@ from functools import partial
 from gpu_commands import DEVICE, REHEARSAL, run
 from gpu_cuda import check, counters, sanitizer, table2
 from gpu_glsl import glsl
-from gpu_learning import normals, photos, step, train
+from gpu_learning import PHOTO_SECONDS, normals, photos, step, train
 from gpu_wgsl import wgsl
 from stages import Results
 
@@ -54,7 +54,7 @@ STAGES: dict[str, tuple[float, Callable[[Results], None]]] = {
     "normals": (60, normals),
     "counters": (120, counters),
     "wgsl": (60, wgsl),
-    "photos": (200, photos),
+    "photos": (50 + 3 * PHOTO_SECONDS, photos),
     "lucy": (150, partial(train, "lucy")),
 }
 """Name of a stage -> time limit in seconds, function; the most valuable stage first."""

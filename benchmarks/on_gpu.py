@@ -7,6 +7,7 @@
 
 pack_for_gpu.py gathers what the machine may lack in out/gpu, which has to travel with the checkout. Three files in
 FOLDER ($OUT, or out/gpu/results) hold all results (stages.py); results_of_gpu.py turns them into pages.
+MPLICITS_PHOTO_SECONDS in the environment: seconds of each learning of the stage photos (default 50).
 """
 
 import argparse
