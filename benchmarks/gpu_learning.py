@@ -19,10 +19,16 @@ HELD_OUT, CAMERA_SIZE = 8, (1600, 1200)
 """Every eighth photograph of scan 24 is held out; the size of the pictures that its cameras are for."""
 
 
-def train(shape: str, results: Results) -> None:
-    """Train a shape on the GPU and, on the other half of the cores, on the CPU, for as many seconds each."""
+def train(shape: str, results: Results, beside: bool = True) -> None:
+    """Train a shape on the GPU.
+
+    beside: at the same time on the CPU for as many seconds, each on half of the cores; not in a rehearsal.
+    """
     mesh, cores = PACK / "data" / "meshes" / f"{shape}.ply", os.cpu_count() or 2
-    halves = {DEVICE: f"0-{cores // 2 - 1}"} | ({} if REHEARSAL else {"cpu": f"{cores // 2}-{cores - 1}"})
+    if beside and not REHEARSAL:
+        halves = {DEVICE: f"0-{cores // 2 - 1}", "cpu": f"{cores // 2}-{cores - 1}"}
+    else:
+        halves = {DEVICE: f"0-{cores - 1}"}
     for preset in ("small", "base") if REHEARSAL else ("base", "paper"):
         running = {}
         for device, half in halves.items():

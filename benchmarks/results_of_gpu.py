@@ -221,7 +221,7 @@ def gpu_page(stages: Stages) -> list[str]:
     lines += [
         "## Training",
         "",
-        "Both devices train at once, on half of the cores each. "
+        "Where both devices are listed, they train at once, on half of the cores each. "
         "Seconds: until the mean |f| that the CPU's training of the same length ends with.",
     ]
     runs = [run for shape in ("armadillo", "lucy") for run in of.get(shape, {}).get("runs", [])]
