@@ -30,7 +30,7 @@ def distance(f: Tensor, truth: Tensor, excess: float, lacking: float, near: floa
     """
     error = (f - truth).nan_to_num()
     size = truth.abs()
-    weighted = torch.where((f.abs() > size) & (size > near), excess, 1.0) * error
+    weighted = torch.where((f.abs() > size) & (size > near), excess * error, error)
     if lacking != 1.0:
         weighted = torch.where(f * truth.sign() < LACK * size, lacking * error, weighted)
     return (weighted * error).mean(), weighted * (2 / len(f))
