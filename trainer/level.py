@@ -1,6 +1,7 @@
 """The training step of one level: f_i = f_{i-1} + r on batches of its samples, and the loss of Eq. 4."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import torch
@@ -11,11 +12,14 @@ from .config import LossWeights, MiningConfig, StepConfig
 from .mining import Miner
 from .networks import losses
 from .networks.network import Weights, add_derivative, adjoint_pass, initial
+from .networks.replay import Replay
 from .networks.snapshot import Snapshot, random_state, set_random_state
-from .training_samples import Batches, Pool, Sampler
+from .training_samples import COLUMNS, Batches, Pool, Sampler
 
 MOST_HARD_SHARE = 10.0
 """Largest `LevelStep.hard_share` that is read from a checkpoint."""
+TERMS = "value", "normal", "distance", "eikonal"
+"""Names of the loss's terms, in the order of `level_loss`."""
 
 
 def initial_level(
@@ -71,10 +75,10 @@ class LevelStep:
         self._half = min(batch // 2, len(surface.points), len(volume.points))
         self._surface, self._volume = (Batches(pool, self._half, generator) for pool in (surface, volume))
         self._generator, self._columns = generator, surface.points.shape[1]
-        self._first_value = weight.value
+        self._first_value, self._replay = weight.value, Replay()
         self.weight = weight
         """Present weights of the loss; callbacks change them."""
-        self.terms: dict[str, Tensor] = {}
+        self.terms: dict[str, float] = {}
         """Terms of the last batch's loss by name, without their weights."""
         self.hard: Pool | None = None
         """Present hard examples (mining.py)."""
@@ -86,18 +90,13 @@ class LevelStep:
 
         The returned loss has the initial weight of values on the surface, for comparison with `idle_loss`.
         """
-        on, around = next(self._surface), next(self._volume)
-        pools = [on, around, *([] if self.hard is None else [self._some_of(self.hard)])]
-        residual = adjoint_pass(weights, torch.cat([pool.points for pool in pools]))
-        f = residual.f + torch.cat([pool.frozen for pool in pools])
-        gradient = residual.gradient + torch.cat([pool.frozen_gradient for pool in pools])
-        own = len(on.points) + len(around.points)
-        loss, d_f, d_gradient, self.terms = level_loss(f[:own], gradient[:own], on, around, self.weight)
+        pools = [next(self._surface), next(self._volume)]
         if self.hard is not None:
-            d_f = torch.cat((d_f, self._hard_derivative(f[own:], pools[-1], len(around.points))))
-            d_gradient = torch.cat((d_gradient, torch.zeros_like(gradient[own:])))
-        add_derivative(weights, residual, d_f, d_gradient)
-        return loss.item() - (self.weight.value - self._first_value) * self.terms["value"].item()
+            pools.append(self._some_of(self.hard))
+        columns = [column for pool in pools for column in pool.columns()]
+        loss, *terms = self._replay(add_gradients, weights, self.weight, *columns).tolist()
+        self.terms = dict(zip(TERMS, terms, strict=True))
+        return float(loss - (self.weight.value - self._first_value) * self.terms["value"])
 
     def snapshot(self) -> Snapshot:
         """Return the state of batches and random numbers, the hard examples, and the weights that change."""
@@ -128,14 +127,7 @@ class LevelStep:
     def _some_of(self, hard: Pool) -> Pool:
         count = max(1, round(self._half * self.hard_share))
         index = torch.randint(len(hard.points), (count,), generator=self._generator)
-        return hard.take(index.to(hard.points.device))
-
-    def _hard_derivative(self, f: Tensor, hard: Pool, volume: int) -> Tensor:
-        """Return the derivative of the distance term at hard points, each counted as one of `volume` samples."""
-        assert hard.distance is not None
-        weight = self.weight
-        _, d_f = losses.distance(f, hard.distance, weight.excess, weight.lacking, weight.near)
-        return d_f * (weight.distance * len(f) / volume)
+        return hard.take(index.to(hard.points.device, non_blocking=True))
 
 
 class LevelState:
@@ -153,6 +145,33 @@ class LevelState:
         self._miner.restore(snapshot)
         self._sampler.restore(snapshot)
         self._step.restore(snapshot, self._sampler)
+
+
+def add_gradients(weights: Weights, weight: LossWeights, *columns: Any) -> Tensor:
+    """Add the gradients of a batch to the weights' .grad. Returns the loss without hard examples and its terms (5,).
+
+    columns: `Pool.columns` of samples on the surface, of samples off it, and of hard examples, if there are any. The
+    terms have the order of `TERMS`.
+    """
+    pools = [Pool(*columns[i : i + COLUMNS]) for i in range(0, len(columns), COLUMNS)]
+    on, around, *hard = pools
+    residual = adjoint_pass(weights, torch.cat([pool.points for pool in pools]))
+    f = residual.f + torch.cat([pool.frozen for pool in pools])
+    gradient = residual.gradient + torch.cat([pool.frozen_gradient for pool in pools])
+    own = len(on.points) + len(around.points)
+    loss, d_f, d_gradient, terms = level_loss(f[:own], gradient[:own], on, around, weight)
+    for pool in hard:
+        d_f = torch.cat((d_f, hard_derivative(f[own:], pool, len(around.points), weight)))
+        d_gradient = torch.cat((d_gradient, torch.zeros_like(gradient[own:])))
+    add_derivative(weights, residual, d_f, d_gradient)
+    return torch.stack([loss, *(terms[name] for name in TERMS)])
+
+
+def hard_derivative(f: Tensor, hard: Pool, volume: int, weight: LossWeights) -> Tensor:
+    """Return the derivative of the distance term at hard points, each counted as one of `volume` samples."""
+    assert hard.distance is not None
+    _, d_f = losses.distance(f, hard.distance, weight.excess, weight.lacking, weight.near)
+    return d_f * (weight.distance * len(f) / volume)
 
 
 def idle_loss(surface: Pool, volume: Pool, weight: LossWeights) -> float:

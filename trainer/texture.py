@@ -9,11 +9,14 @@ from torch import Tensor
 from .config import TextureConfig
 from .networks import losses
 from .networks.network import Weights, add_derivative_along, initial, value_along
+from .networks.replay import Replay
 from .networks.snapshot import Snapshot, random_state, set_random_state
 from .training_samples import Batches, Pool
 
 GRAY = 0.5
 """Mid-gray, in every channel."""
+TERMS = "colour", "along"
+"""Names of the loss's terms, in the order of `texture_loss`."""
 
 
 def initial_texture(
@@ -37,8 +40,8 @@ class TextureStep:
         """surface: samples with colors. band: samples of level 1's band."""
         config = config or TextureConfig()
         half = min(config.batch // 2, len(surface.points), len(band.points))
-        self._generator, self._smoothness = generator, config.smoothness
-        self.terms: dict[str, Tensor] = {}
+        self._generator, self._smoothness, self._replay = generator, config.smoothness, Replay()
+        self.terms: dict[str, float] = {}
         """Terms of the last batch's loss by name, without their weights."""
         self._surface, self._band = (Batches(pool, half, generator) for pool in (surface, band))
 
@@ -49,10 +52,10 @@ class TextureStep:
         points = torch.cat((on.points, around.points))
         normals = torch.cat((on.frozen_gradient, around.frozen_gradient))
         normals[:, 3:] = 0  # Colors are constant along the normal, not in time.
-        forward = value_along(weights, points, normals)
-        loss, d_value, d_along, self.terms = texture_loss(forward.value, forward.along, on.colors, self._smoothness)
-        add_derivative_along(weights, forward, d_value, d_along)
-        return loss.item()
+        numbers = self._replay(add_gradients, weights, self._smoothness, points, normals, on.colors)
+        loss, *terms = numbers.tolist()
+        self.terms = dict(zip(TERMS, terms, strict=True))
+        return float(loss)
 
     def snapshot(self) -> Snapshot:
         """Return the state of batches and random numbers."""
@@ -64,6 +67,17 @@ class TextureStep:
         self._surface.restore(snapshot.of("surface"))
         self._band.restore(snapshot.of("band"))
         set_random_state(self._generator, snapshot)
+
+
+def add_gradients(weights: Weights, smoothness: float, points: Tensor, normals: Tensor, truth: Tensor) -> Tensor:
+    """Add the gradients of a batch to the weights' .grad. Returns the loss and its `TERMS` (3,).
+
+    points: (N, 3). normals: (N, 3), grad f there. smoothness, truth: as for `texture_loss`.
+    """
+    forward = value_along(weights, points, normals)
+    loss, d_value, d_along, terms = texture_loss(forward.value, forward.along, truth, smoothness)
+    add_derivative_along(weights, forward, d_value, d_along)
+    return torch.stack([loss, *(terms[name] for name in TERMS)])
 
 
 def texture_loss(

@@ -167,7 +167,7 @@ class Training:
         watch = self._probe.watcher(frozen)
 
         def figures(weights: Weights) -> dict[str, float]:
-            return {"mean_f": watch(self._final(weights))} | _numbers(level.step.terms)
+            return {"mean_f": watch(self._final(weights))} | level.step.terms
 
         def so_far(weights: Weights, record: dict[str, object]) -> Trained:
             return self._trained.and_then(weights, self._probe.rough([*frozen, weights]), record)
@@ -253,7 +253,7 @@ class Training:
         def so_far(weights: Weights, record: dict[str, object]) -> Trained:
             return replace(self._trained, texture=TrainedTexture(weights, record))
 
-        outcome, record = self._fit(stage, stage.budget, task, [], lambda _: _numbers(step.terms), so_far)
+        outcome, record = self._fit(stage, stage.budget, task, [], lambda _: step.terms, so_far)
         self._trained.texture = TrainedTexture(self._final(outcome.weights), record)
 
     def _begin(self, name: str, network: tuple[int, int], omega: float, seed: int, budget: Budget) -> Stage:
@@ -339,7 +339,3 @@ class Training:
     def _seconds(self) -> float:
         """Return the seconds of all runs of this training."""
         return self._trained.seconds + time.perf_counter() - self._began
-
-
-def _numbers(terms: Mapping[str, Tensor]) -> dict[str, float]:
-    return {name: term.item() for name, term in terms.items()}

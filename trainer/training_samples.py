@@ -5,7 +5,7 @@ the surface and the band |f_{i-1}| < delta_{i-1} of the level before, where it i
 colors of the surface, and the band of level 1. Hard examples come during training (mining.py).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 import torch
@@ -37,6 +37,10 @@ class Pool:
     colors: Tensor | None = None
     """sRGB in [0, 1], (N, 3), or None."""
 
+    def columns(self) -> list[Tensor | None]:
+        """Return what the pool is made of, in the order of its arguments."""
+        return [getattr(self, column.name) for column in fields(self)]
+
     def take(self, index: Tensor | slice) -> "Pool":
         """Return the samples at an index (M,) or a slice."""
 
@@ -51,6 +55,9 @@ class Pool:
             frozen_gradient=self.frozen_gradient[index],
             colors=take(self.colors),
         )
+
+
+COLUMNS = len(fields(Pool))
 
 
 class Sampler:

@@ -5,6 +5,7 @@ from torch import Tensor
 
 from .network import Weights
 from .optimizer import Optimizer
+from .replay import Replay, records
 from .snapshot import Snapshot
 
 MOMENTUM = 0.95
@@ -22,7 +23,7 @@ class Muon:
 
     def __init__(self, weights: Weights, rate: float, output_factor: float) -> None:
         """Set the weights' .grad to zero. rate, output_factor: as for `Optimizer`."""
-        self._matrices = weights[2:-2:2]
+        self._weights, self._matrices, self._replay = weights, weights[2:-2:2], Replay()
         others = [weight for i, weight in enumerate(weights) if i % 2 or i in (0, len(weights) - 2)]
         self._adam, self._rate = Optimizer(others, rate, output_factor), rate
         for matrix in self._matrices:
@@ -37,10 +38,14 @@ class Muon:
     def restore(self, snapshot: Snapshot) -> None:
         """Continue from a snapshot. Raises UserError if it belongs to weights of other shapes."""
         self._adam.restore(snapshot)
-        self._momentum = snapshot.tensor("momentum", self._momentum).clone()
+        self._momentum.copy_(snapshot.tensor("momentum", self._momentum))
 
     def step(self, factor: float) -> None:
         """Take one step with `factor` times the peak rates, then set the gradients to zero."""
+        device = self._momentum.device
+        self._replay(self._step, self._weights, torch.full((), factor, device=device) if records(device) else factor)
+
+    def _step(self, _: Weights, factor: float | Tensor) -> None:
         self._adam.step(factor)
         if not self._matrices:
             return

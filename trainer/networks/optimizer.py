@@ -1,6 +1,7 @@
 """Adam over the weights of a network, with a separate rate for the output layer."""
 
 import torch
+from torch import Tensor
 from torch.optim.adam import adam
 
 from .network import Weights
@@ -35,10 +36,14 @@ class Optimizer:
     def restore(self, snapshot: Snapshot) -> None:
         """Continue from a snapshot. Raises UserError if it belongs to weights of other shapes."""
         for key, states in self._state.items():
-            self._state[key] = [snapshot.tensor(f"{key}.{i}", state).clone() for i, state in enumerate(states)]
+            for i, state in enumerate(states):
+                state.copy_(snapshot.tensor(f"{key}.{i}", state))
 
-    def step(self, factor: float) -> None:
-        """Take one step with `factor` times the peak rates, then set the gradients to zero."""
+    def step(self, factor: float | Tensor) -> None:
+        """Take one step with `factor` times the peak rates, then set the gradients to zero.
+
+        factor: a number, or a tensor () on the weights' CUDA device.
+        """
         gradients = [weight.grad for weight in self._weights if weight.grad is not None]
         steps, means, squares = (self._state[key] for key in STATE)
         with torch.no_grad():
