@@ -81,6 +81,17 @@ __device__ inline float value_of(const PackedNetworks &networks, const Settings 
     return value[0];
 }
 
+// One atomicAdd() for the block; all threads get the old value.
+template <class Team> __device__ inline int take(int *counter, int count) {
+    int *told = Team::template exchange<int>();
+    __syncthreads();
+    if (threadIdx.x == 0) *told = atomicAdd(counter, count);
+    __syncthreads();
+    int old = *told;
+    __syncthreads();
+    return old;
+}
+
 // The number of threads of this block, before this one, whose vote is true; all: of the whole block.
 __device__ inline int rank(bool vote, int &all) {
     int *counts = Alone::exchange<int>(), warp = static_cast<int>(threadIdx.x / 32u), before = 0;
@@ -94,14 +105,6 @@ __device__ inline int rank(bool vote, int &all) {
         all += counts[i];
     }
     return before + __popc(voters & ((1u << lane()) - 1u));
-}
-
-// One atomicAdd() for the block; all threads get the old value.
-__device__ inline int take(int *counter, int count) {
-    __syncthreads();
-    if (threadIdx.x == 0) *Alone::exchange<int>() = atomicAdd(counter, count);
-    __syncthreads();
-    return *Alone::exchange<int>();
 }
 
 // Takes up to iterations[PHASE - 1] steps of each ray that waits for this phase. A thread has a ray, or waits for one; the
@@ -120,7 +123,7 @@ __global__ void __launch_bounds__(THREADS) trace(Settings s, PackedNetworks netw
         int all, place = rank(live, all), idle = THREADS - all;
         if (!live) place = all + thread - place;
         if (more && idle >= REFILL) {
-            int first = take(rays.taken + round * LEVELS + PHASE - 1, idle), left = first < count ? count - first : 0;
+            int first = take<Alone>(rays.taken + round * LEVELS + PHASE - 1, idle), left = first < count ? count - first : 0;
             if (!live && place - all < left) {
                 pixel = queue[first + place - all];
                 ray = rays.state[pixel];
@@ -160,13 +163,15 @@ __global__ void __launch_bounds__(THREADS) trace(Settings s, PackedNetworks netw
     if (lane() == 0) work.write(rays.work);
 }
 
-// Takes all steps of the rays that wait for `round`, at any level, in march()'s order. For the few rays that are left,
+// Takes the steps of the rays that wait for `round`, at any level, in march()'s order, up to round `end`. For few rays,
 // every kernel of a phase would take as long as its slowest ray.
-__global__ void __launch_bounds__(Together::BLOCK) finish(Settings s, PackedNetworks networks, Rays rays, int round) {
+__global__ void __launch_bounds__(Together::BLOCK) finish(Settings s, PackedNetworks networks, Rays rays, int round, int end) {
     const int count = rays.waiting_in(round);
     Work work;
-    for (int first = 32 * static_cast<int>(blockIdx.x); first < count; first += 32 * static_cast<int>(gridDim.x)) {
-        int pixel = rays.waiting_at(round, first + lane());
+    while (true) {
+        int first = take<Together>(rays.taken + round * LEVELS, Together::POINTS);
+        if (first >= count) break;
+        int pixel = lane() < Together::POINTS ? rays.waiting_at(round, first + lane()) : -1;
         bool live = pixel >= 0;
         Hit ray = live ? rays.state[pixel] : Hit{};
         Past past = live ? rays.past[pixel] : Past{};
@@ -175,7 +180,7 @@ __global__ void __launch_bounds__(Together::BLOCK) finish(Settings s, PackedNetw
             int reached;
             vec4 p = vec4(s.eye() + ray.t * s.direction(live ? pixel : 0), fourth());
             float f = value_of<LEVELS, Together>(networks, s, live ? phase : 0, p, reached, work);
-            bool done = false;
+            bool leaves = false;
             if (live) {
                 vec3 direction = s.direction(pixel);
                 go_on(ray, past, f, reached, s, direction, leaving(s, direction));
@@ -185,12 +190,15 @@ __global__ void __launch_bounds__(Together::BLOCK) finish(Settings s, PackedNetw
                     phase = next;
                     step = 0;
                 }
-                done = phase <= 0 || now == s.rounds;
-                live = !done;
+                leaves = phase <= 0 || now == end;
+                live = !leaves;
             }
-            if (!Together::leads() || !__any_sync(WARP, done)) continue;
-            if (done) rays.state[pixel] = ray;
-            append(done && ray.hit, pixel, rays.hits, rays.hit_count);
+            if (!Together::leads() || !__any_sync(WARP, leaves)) continue;
+            if (leaves) {
+                rays.state[pixel] = ray;
+                rays.past[pixel] = past;
+            }
+            hand_over(rays, leaves, ray, phase, pixel, end - 1, LEVELS, end == s.rounds);
         }
     }
     if (Together::leads() && lane() == 0) work.write(rays.work);

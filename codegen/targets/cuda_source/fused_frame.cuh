@@ -1,9 +1,10 @@
 #include "fused.cuh"
 // fused_frame.cuh: the host side of `fused`.
-constexpr int ROUNDS_RELAXED = 1, ROUNDS_PLAIN = 3;  // rounds by trace(); finish() does the others
+constexpr int ROUNDS_RELAXED = 1, ROUNDS_PLAIN = 3;  // by trace(); finish() does the others
+constexpr int ROUNDS_FINISHED = 3;  // after which the rays that finish() has left are gathered
 
 struct Statistics {
-    std::vector<std::vector<int>> waiting;  // [round][level] traced rays; the last row is finish()'s
+    std::vector<std::vector<int>> waiting;  // [round][level] rays that waited when a kernel began; else 0
     unsigned long long evaluated[LEVELS] = {}, lanes_used[LEVELS] = {};  // as in Work
     int hits = 0;  // pixels on the surface
 };
@@ -34,7 +35,11 @@ public:
         int rounds = std::min(s.rounds, s.schedule == SCHEDULE_RELAXED ? ROUNDS_RELAXED : ROUNDS_PLAIN);
         for (round_ = 0; round_ < rounds; ++round_) phase(std::integral_constant<int, 1>(), s, rays);
         mark("trace");
-        if (round_ < s.rounds) launch(finish, finish_grid_, s, networks_, rays, round_);
+        for (int end = rounds + ROUNDS_FINISHED; round_ < s.rounds; end = s.rounds) {
+            end = std::min(end, s.rounds);
+            launch(finish, finish_grid_, s, networks_, rays, round_, end);
+            round_ = end;
+        }
         mark("finish");
         launch(paint, blocks_for(s.pixels()), s, static_cast<const Hit *>(state_.get()), image);
         mark("paint");
@@ -47,9 +52,9 @@ public:
         std::vector<int> waiting = counters_.read();
         for (int round = 0; round <= round_; ++round) {
             auto row = waiting.begin() + round * LEVELS;
-            if (std::all_of(row, row + LEVELS, [](int count) { return count == 0; })) break;
             counted.waiting.emplace_back(row, row + LEVELS);
         }
+        while (!counted.waiting.empty() && counted.waiting.back() == std::vector<int>(LEVELS)) counted.waiting.pop_back();
         std::vector<unsigned long long> work = work_.read();
         std::copy(work.begin(), work.begin() + LEVELS, counted.evaluated);
         std::copy(work.begin() + LEVELS, work.end(), counted.lanes_used);

@@ -1,8 +1,8 @@
 #include "packed.cuh"
-// team.cuh: a team evaluates a network at 32 points, one per lane. A team is one warp, or all warps of a block. Warps alone
+// team.cuh: a team evaluates a network at points, one per lane. A team is one warp, or all warps of a block. Warps alone
 // have 32 points each, for many rays; they evaluate the same layer at the same time, for which the weights are copied
-// once per block, since L2 cannot supply every warp. The warps of a block together have the same points, and each
-// works on every eighth group of 16 columns: less time per evaluation, which counts for few rays.
+// once per block, since L2 cannot supply every warp. The warps of a block together have the same 16 points, in their
+// first lanes, and each works on every eighth group of 16 columns: less time per evaluation, which counts for few rays.
 template <class Net> struct Tile {
     static constexpr int K = Net::WIDTH / 16;
     static constexpr int T = Net::WIDTH <= 256 ? 2 : 1;
@@ -25,6 +25,7 @@ __device__ inline int lane() { return static_cast<int>(threadIdx.x % 32u); }
 template <int SIZE, int TEAMS> struct TeamOf {
     static constexpr int WARPS = SIZE;
     static constexpr int BLOCK = 32 * WARPS * TEAMS;  // threads
+    static constexpr int POINTS = WARPS == 1 ? 32 : 16;
     // Shared memory of a block, in uint4: words of the teams' lanes, one for each thread to exchange values, and chunks.
     static constexpr int EXCHANGE = TEAMS * 32 * WORDS, FIRST_CHUNK = EXCHANGE + BLOCK;
     static constexpr int SHARED = (FIRST_CHUNK + (WARPS == 1 ? CHUNKS * CHUNK : 0)) * static_cast<int>(sizeof(uint4));

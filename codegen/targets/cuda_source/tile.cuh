@@ -1,5 +1,5 @@
 #include "team.cuh"
-// tile.cuh: one team evaluates a network at 32 points, one per lane: products on the tensor cores, everything else in
+// tile.cuh: one team evaluates a network at its points, one per lane: products on the tensor cores, everything else in
 // float32. It works on T tiles of 16 points at a time. A lane holds points q and q + 8 of each tile, in two columns of
 // each 8: 2 r and 2 r + 1 (mma.cuh). A layer's inputs are in registers. Its outputs go to the lane's own words of
 // shared memory, so that the loop over them need not be unrolled. A lane reads only its own words, so that a single
@@ -188,6 +188,8 @@ template <class Net, class Team, bool LAST, int T>
 __device__ inline void hidden_layer(const Packed &net, int layer, bool active, uint4 *slopes,
                                     float (&sums)[Net::OUTPUTS][T][2]) {
     constexpr int K = Tile<Net>::K;
+    // A team's warps take two chunks at once, so that their products depend less on each other.
+    constexpr int AT_ONCE = Team::WARPS > 1 && K % (2 * Team::WARPS) == 0 ? 2 : 1;
     int place = (layer - 1) * K * K * 32;
     Operands<K, Team, Net::SPLIT ? 2 : 1> weights(net.forward + place, net.forward_rest + place);
     if (Team::WARPS == 1 && !active) {
@@ -200,29 +202,36 @@ __device__ inline void hidden_layer(const Packed &net, int layer, bool active, u
     if constexpr (Net::SPLIT) load_inputs<Team>(T * K, rest);
     Team::meet();  // all have read them
 #pragma unroll 1
-    for (int n = Team::first(); n < K; n += Team::WARPS) {
-        weights.await(n);
-        float d[T][2][4];
+    for (int first = Team::first(); first < K; first += AT_ONCE * Team::WARPS) {
+        weights.await(first);
+        float d[AT_ONCE][T][2][4];
 #pragma unroll
-        for (int octet = 0; octet < 2; ++octet) {
-            const float *bias = net.bias + layer * Net::WIDTH + 16 * n + 8 * octet + 2 * (lane() % 4);
-            float b0 = __ldg(bias), b1 = __ldg(bias + 1);
+        for (int i = 0; i < AT_ONCE; ++i) {
 #pragma unroll
-            for (int m = 0; m < T; ++m) {
-                d[m][octet][0] = d[m][octet][2] = b0;
-                d[m][octet][1] = d[m][octet][3] = b1;
+            for (int octet = 0; octet < 2; ++octet) {
+                const float *bias = net.bias + layer * Net::WIDTH + 16 * (first + i * Team::WARPS) + 8 * octet + 2 * (lane() % 4);
+                float b0 = __ldg(bias), b1 = __ldg(bias + 1);
+#pragma unroll
+                for (int m = 0; m < T; ++m) {
+                    d[i][m][octet][0] = d[i][m][octet][2] = b0;
+                    d[i][m][octet][1] = d[i][m][octet][3] = b1;
+                }
             }
         }
 #pragma unroll
         for (int k = 0; k < K; ++k) {
-            uint4 b = weights.get(0, n, k);
-            multiply(b, h, k, d);
-            if constexpr (Net::SPLIT) {
-                multiply(b, rest, k, d);
-                multiply(weights.get(1, n, k), h, k, d);
+#pragma unroll
+            for (int i = 0; i < AT_ONCE; ++i) {
+                uint4 b = weights.get(0, first + i * Team::WARPS, k);
+                multiply(b, h, k, d[i]);
+                if constexpr (Net::SPLIT) {
+                    multiply(b, rest, k, d[i]);
+                    multiply(weights.get(1, first + i * Team::WARPS, k), h, k, d[i]);
+                }
             }
         }
-        activate<Net, Team, LAST>(net, n, d, slopes, sums);
+#pragma unroll
+        for (int i = 0; i < AT_ONCE; ++i) activate<Net, Team, LAST>(net, first + i * Team::WARPS, d[i], slopes, sums);
     }
 }
 
@@ -244,11 +253,11 @@ __device__ inline void forward(const Packed &net, const vec4 (&points)[T][2], bo
 // active: whether this warp needs them.
 template <class Net, class Team>
 __device__ inline void evaluate(const Packed &net, vec4 p, float (&outputs)[Net::OUTPUTS], bool active = true) {
-    constexpr int T = Tile<Net>::T;
+    constexpr int T = Team::WARPS == 1 ? Tile<Net>::T : 1;
 #pragma unroll
     for (int c = 0; c < Net::OUTPUTS; ++c) outputs[c] = 0.0f;
 #pragma unroll 1
-    for (int base = 0; base < 32; base += 16 * T) {
+    for (int base = 0; base < Team::POINTS; base += 16 * T) {
         vec4 points[T][2];
         spread(p, base, points);
         float sums[Net::OUTPUTS][T][2] = {};

@@ -10,20 +10,20 @@
 namespace mplicits {
 constexpr int FIRST = 1 - TEXTURED, ROWS = LEVELS + TEXTURED;
 
-// Each block has 32 points, the same in all warps of its team.
+// Each block has the points of a team, the same in all its warps.
 template <int LEVEL> void probe_together(PackedNetworks networks, const vec4 *points, vec4 *out) {
     using Net = NetworkOf<LEVEL>;
-    int place = static_cast<int>(32 * blockIdx.x + threadIdx.x % 32);
+    int place = static_cast<int>(Together::POINTS * blockIdx.x) + lane() % Together::POINTS;
     float values[Net::OUTPUTS], rough[Net::OUTPUTS];
     evaluate<Net, Together>(networks.of[LEVEL], points[place], values);
     evaluate<Rough<Net>, Together>(networks.of[LEVEL], points[place], rough);
     constexpr int LAST = Net::OUTPUTS - 1;
-    if (Together::leads()) out[place] = vec4(values[0], values[LAST / 2], values[LAST], rough[0]);
+    if (Together::leads() && lane() < Together::POINTS) out[place] = vec4(values[0], values[LAST / 2], values[LAST], rough[0]);
 }
 
 template <int LEVEL>
 void all_together(const PackedNetworks &networks, const vec4 *points, vec4 *out, int count) {
-    launch(probe_together<LEVEL>, Grid(count / 32, Together::SHARED, Together::BLOCK), networks, points, out);
+    launch(probe_together<LEVEL>, Grid(count / Together::POINTS, Together::SHARED, Together::BLOCK), networks, points, out);
     if constexpr (LEVEL < LEVELS) all_together<LEVEL + 1>(networks, points, out + count, count);
 }
 
