@@ -9,6 +9,7 @@ from gpu_commands import DEVICE, REHEARSAL, run
 from gpu_cuda import check, counters, sanitizer, table2
 from gpu_glsl import glsl
 from gpu_learning import PHOTO_SECONDS, normals, photos, step, train
+from gpu_page import page
 from gpu_wgsl import wgsl
 from stages import Results
 
@@ -54,6 +55,7 @@ STAGES: dict[str, tuple[float, Callable[[Results], None]]] = {
     "normals": (60, normals),
     "counters": (120, counters),
     "wgsl": (60, wgsl),
+    "page": (120, page),
     "photos": (50 + 3 * PHOTO_SECONDS, photos),
     "lucy": (145, partial(train, "lucy", beside=False)),
 }

@@ -5,8 +5,9 @@
     python benchmarks/on_gpu.py photos wgsl                # these stages
     python benchmarks/on_gpu.py --rehearse                 # tiny cases on a CPU: CUDA compiled by g++, llvmpipe
 
-pack_for_gpu.py gathers what the machine may lack in out/gpu, which has to travel with the checkout. Three files in
-FOLDER ($OUT, or out/gpu/results) hold all results (stages.py); results_of_gpu.py turns them into pages.
+pack_for_gpu.py gathers what the machine may lack in out/gpu, and pack_browser.py the browser of the stage `page` in
+out/browser; both have to travel with the checkout. Three files in FOLDER ($OUT, or out/gpu/results) hold all results
+(stages.py); results_of_gpu.py turns them into pages.
 MPLICITS_PHOTO_SECONDS in the environment: seconds of each learning of the stage photos (default 50).
 """
 

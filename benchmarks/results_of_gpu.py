@@ -230,6 +230,7 @@ def gpu_page(stages: Stages) -> list[str]:
         [row for shape in ("armadillo", "lucy") for row in training_rows([r for r in runs if r["shape"] == shape])],
     )
     lines += wgsl_section(of.get("wgsl", {}))
+    lines += browser_lines(of.get("page", {}))
     lines += ["## Photographs", ""]
     lines += [
         "The seconds of ours include reading the photographs and finishing the model; those of NeuS only learning."
@@ -246,6 +247,46 @@ def gpu_page(stages: Stages) -> list[str]:
         ),
     ]
     return lines
+
+
+def browser_lines(found: dict[str, Any]) -> list[str]:
+    """Format the section of the stage `page`."""
+    lines = ["## Pages in headless Chromium", "", found.get("missing", "" if "tried" in found else "Not measured.")]
+    for tried in found.get("tried", []):
+        gpu = tried["webgpu"] or {"vendor": "none"}
+        webgpu = " ".join(filter(None, (gpu.get(key) for key in ("vendor", "architecture", "description"))))
+        lines.append(f"{tried['way']}: WebGL: {tried['webgl']}; WebGPU: {webgpu}.")
+    lines += [
+        "",
+        "Seconds until the page shows a picture, and until that is refined. Then a turntable: pictures per second, as "
+        "the page chooses their pixels, and with all pixels.",
+    ]
+    keys = ("page", "width", "height", "drawn", "still", "fps_auto", "pixels_auto", "fps_1", "storage")
+    names = (
+        "page",
+        "width",
+        "height",
+        "picture, s",
+        "refined, s",
+        "per second",
+        "pixels",
+        "per second, all",
+        "weights",
+    )
+    lines += table(names, ([entry[key] for key in keys] for entry in found.get("pages", [])))
+    lines += [
+        "The studio trains its first example: on the GPU, where the page finds that faster after 20 steps of both, and "
+        "by the workers alone. Difference: the largest of a loss on the GPU from the workers', relative."
+    ]
+    columns = ("gpu", "workers", "gpu_ms", "workers_ms", "difference")
+    trainings = found.get("trainings", [])
+    rows = (
+        (training["with"], number, *(stage[column] for column in columns))
+        for training in trainings
+        for number, stage in enumerate(training["stages"], 1)
+    )
+    lines += table(("with", "stage", "steps: GPU", "workers", "ms a step: GPU", "workers", "difference"), rows)
+    return [*lines, *(f"- {training['with']}: {training['said']}" for training in trainings), ""]
 
 
 def describe(machine: dict[str, Any]) -> str:

@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import shutil
 import subprocess
 import sys
 import tarfile
@@ -9,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from PIL import Image
 
 from support.paths import ROOT
 
@@ -20,6 +22,12 @@ CASES: dict[str, tuple[float, str]] = {
     "too long": (1000, "pass"),
 }  # fmt: skip
 """Name of a stage -> its limit in seconds, and its program."""
+
+STEPS = [
+    *(("begin", 0, 0), ("workers", 5, 4.0), ("gpu", 9, 5.0), ("workers", 12, 3.0), ("gpu", 13, 3.0), ("gpu", 15, 2.0)),
+    *(("begin", 20, 0), ("workers", 25, 1.0), ("workers", 32, 1.0)),
+]
+"""Steps of a training in two stages: who took each, milliseconds, loss."""
 
 
 def benchmark(name: str) -> Any:
@@ -94,6 +102,19 @@ def test_pages_show_the_numbers_and_the_goals(tmp_path: Path) -> None:
         },
         "sanitizer": {"missing": "compute-sanitizer is not installed"},
         "wgsl": {},
+        "page": {
+            "tried": [
+                {"way": "Vulkan", "webgl": "a card", "webgpu": {"vendor": "maker", "architecture": "old"}},
+                {"way": "EGL", "webgl": "none", "webgpu": None},
+            ],
+            "pages": [
+                {"page": "spot", "width": 1920, "height": 1080, "drawn": 0.5, "still": None, "fps_auto": 30.0}
+                | {"pixels_auto": 5000, "fps_1": 4.0, "storage": "literal"}
+            ],
+            "trainings": [
+                {"with": "WebGPU", "said": "Trained in 10 s", "stages": benchmark("gpu_page").stages_of(STEPS)},
+            ],
+        },
     }
     step = {"network": "64x2", "samples": 4096, "page_ms": 2.5, "alone_ms": 0.5, "gflops": 800.0, "difference": 1e-6}
     reports: list[dict[str, Any]] = [
@@ -118,5 +139,33 @@ def test_pages_show_the_numbers_and_the_goals(tmp_path: Path) -> None:
     assert "| simple | 1920x1080 | 50 | 20 |" in page
     assert "| lucy | base | cuda | 100 | 0.0002 | 7 | 9 |" in page
     assert "| wgsl | done | 2 | 0 |" in page
+    assert "Vulkan: WebGL: a card; WebGPU: maker old." in page
+    assert "EGL: WebGL: none; WebGPU: none." in page
+    assert "| spot | 1920 | 1080 | 0.5 |  | 30 | 5000 | 4 | literal |" in page
+    assert "| WebGPU | 1 | 3 | 2 | 2 |  | 0.25 |" in page
+    assert "| WebGPU | 2 | 0 | 2 |  | 7 |  |" in page
+    assert "- WebGPU: Trained in 10 s" in page
     assert "compute-sanitizer is not installed" in page
     assert f"| {largest} | 70 |  | 1200 |  |  | 150 |" in (tmp_path / "table2.md").read_text()
+
+
+def test_a_browser_is_driven_through_a_pipe(tmp_path: Path) -> None:
+    """It waits for promises, runs a script before the page's own, and passes errors on; its end is one."""
+    program, gpu_browser = shutil.which("chromium"), benchmark("gpu_browser")
+    if program is None:
+        pytest.skip("Chromium is not installed (Debian: chromium)")
+    page = tmp_path / "page.html"
+    page.write_text("<!doctype html><title>plain</title><script>globalThis.seen = globalThis.early;</script>")
+    flags = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+    with gpu_browser.Browser(Path(program), flags, tmp_path / "profile", {}) as browser:
+        browser.open(page.as_uri(), (64, 48), "globalThis.early = 7;")
+        assert browser.until("document.readyState === 'complete'", 60)
+        assert browser.value("Promise.resolve([seen, innerWidth, document.title])") == [7, 64, "plain"]
+        assert not browser.until("false", 0.1)
+        with pytest.raises(gpu_browser.BrowserError, match="a reason"):
+            browser.value("Promise.reject(new Error('a reason'))")
+        browser.picture(tmp_path / "page.png")
+        with Image.open(tmp_path / "page.png") as picture:
+            assert picture.size == (64, 48)
+        with pytest.raises(gpu_browser.BrowserError, match="has ended"):
+            browser.call("Browser.crash")
