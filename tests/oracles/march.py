@@ -20,6 +20,8 @@ from mplicits.model.model import DELTA_FACTOR
 Doubles = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
+FLATTEST = 0.1
+"""Smallest slope of f along a ray that predicts how far the surface is."""
 STEEPEST = 4.0
 """Largest slope between a free sphere and a point inside the shape; above it, the sphere was not free."""
 GAP = 0.005
@@ -179,7 +181,8 @@ class Rays:
         self.t[back], self.hit[back], self.level[back], self.last_sphere[back, 1] = at[apart] + free[apart], False, 1, 0
         slope = np.where(known, (free - radius) / np.where(known, moved, 1), 1)
         nearest = np.maximum(slope, 0)
-        ahead = np.minimum(0.9 * (2 * radius / (1 + nearest) + gap), radius / np.maximum(nearest, 0.5))
+        expected = radius / np.maximum(nearest, np.where(self.steps[indices] > 1, FLATTEST, 0.5))
+        ahead = np.minimum(0.9 * (2 * radius / (1 + nearest) + gap), expected)
         past = known & (radius < 0)
         change = np.where(known & (radius > 0) & (radius < settings.near * gap), np.maximum(ahead, radius), radius)
         change[past] = radius[past] / np.minimum(slope[past], STEEPEST)
