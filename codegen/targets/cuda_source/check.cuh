@@ -50,47 +50,16 @@ constexpr int THREADS = 128;
 
 struct Grid {
     int blocks, shared, threads;  // number of blocks; bytes of shared memory and threads of a block
-    cudaStream_t stream = 0;
     Grid(int blocks, int shared = 0, int threads = THREADS) : blocks(blocks), shared(shared), threads(threads) {}
 };
 
-// A stream beside stream 0, whose kernels come first where both have some. Each order takes effect on the GPU: work that is
-// submitted to a stream later waits for what the other stream has by then.
-class Aside {
-public:
-    Aside() {
-        int least = 0, greatest = 0;
-        check(cudaDeviceGetStreamPriorityRange(&least, &greatest), "a stream");
-        check(cudaStreamCreateWithPriority(&stream_, cudaStreamNonBlocking, greatest), "a stream");
-        check(cudaEventCreateWithFlags(&event_, cudaEventDisableTiming), "a stream");
-    }
-    Aside(const Aside &) = delete;
-    Aside &operator=(const Aside &) = delete;
-    ~Aside() {
-        cudaEventDestroy(event_);
-        cudaStreamDestroy(stream_);
-    }
-    cudaStream_t get() const { return stream_; }
-    void fork() const { order(0, stream_); }
-    void join() const { order(stream_, 0); }
-
-private:
-    void order(cudaStream_t first, cudaStream_t then) const {
-        check(cudaEventRecord(event_, first), "a stream");
-        check(cudaStreamWaitEvent(then, event_, 0), "a stream");
-    }
-    cudaStream_t stream_ = 0;
-    cudaEvent_t event_ = 0;
-};
-
-// Launches kernel(values...).
+// Launches kernel(values...) in stream 0.
 template <class... Parameters, class... Values>
 void launch(void (*kernel)(Parameters...), Grid grid, Values &&...values) {
     cudaLaunchConfig_t config = {};
     config.gridDim = dim3(static_cast<unsigned>(grid.blocks));
     config.blockDim = dim3(static_cast<unsigned>(grid.threads));
     config.dynamicSmemBytes = static_cast<size_t>(grid.shared);
-    config.stream = grid.stream;
     check(cudaLaunchKernelEx(&config, kernel, std::forward<Values>(values)...), "kernel launch");
 }
 

@@ -22,12 +22,12 @@ __device__ inline vec3 floor_or_background(const Settings &s, int pixel) {
     return srgb(floor_color(linear(background_color), p, toward, open, eye.y - s.ground));
 }
 
-// A pixel without the shape: the floor or the background; or the steps or the data (t, steps, level, hit) of any pixel.
+// A pixel whose color needs no gradient: the background, the steps, or the data (t, steps, level, hit).
 __device__ inline vec4 plain(const Settings &s, int pixel, const Hit &ray) {
     float steps = static_cast<float>(ray.steps), hit = static_cast<float>(ray.hit);
     if (s.shading == SHADE_STEPS) return vec4(heat(steps / 32.0f), hit);
     if (s.shading == SHADE_DATA) return vec4(ray.t, steps, static_cast<float>(abs(ray.level)), hit);
-    return vec4(floor_or_background(s, pixel), 0.0f);
+    return vec4(ray.hit ? vec3(0.0f) : floor_or_background(s, pixel), 0.0f);
 }
 
 // Whether pixels on the surface have a color other than plain()'s.

@@ -10,16 +10,9 @@ constexpr int REFILL = 32;  // a block takes new rays when this many of its thre
 // The fourth input of the networks.
 __device__ inline float fourth() { return MOVING ? time : 1.0f; }
 
-constexpr int TILE_WIDTH = 8, TILE_HEIGHT = 4;  // pixels whose rays enter together, since they skip the same cells
-
-__host__ __device__ inline int tiles(int pixels, int side) { return (pixels + side - 1) / side; }
-
 __global__ void enter(Settings s, Rays rays) {
-    int index = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
-    int tile = index / 32, columns = tiles(s.width(), TILE_WIDTH);
-    int x = tile % columns * TILE_WIDTH + index % TILE_WIDTH, y = tile / columns * TILE_HEIGHT + index % 32 / TILE_WIDTH;
-    int pixel = x + y * s.width();
-    bool inside = x < s.width() && y < s.height(), relaxed = s.schedule == SCHEDULE_RELAXED;
+    int pixel = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+    bool inside = pixel < s.pixels(), relaxed = s.schedule == SCHEDULE_RELAXED;
     Hit ray = {};
     if (inside) {
         vec3 direction = s.direction(pixel);

@@ -1,7 +1,7 @@
 #include "fused.cuh"
 // fused_frame.cuh: the host side of `fused`.
 constexpr int ROUNDS_RELAXED = 1, ROUNDS_PLAIN = 3;  // by trace(); finish() does the others
-constexpr int ROUNDS_FINISHED = 3;  // after which the rays that finish() has left, the late ones, are gathered
+constexpr int ROUNDS_FINISHED = 3;  // after which the rays that finish() has left are gathered
 
 struct Statistics {
     std::vector<std::vector<int>> waiting;  // [round][level] rays that waited when a kernel began; else 0
@@ -13,7 +13,7 @@ class Fused {
 public:
     Fused(const Settings &s, int processors)
         : processors_(processors), state_(pixels(s)), past_(pixels(s)), even_(pixels(s) * LEVELS), odd_(pixels(s) * LEVELS),
-          hits_(pixels(s)), late_hits_(pixels(s)), counters_(2 * queues(s) + 2), work_(2 * LEVELS) {
+          hits_(pixels(s)), counters_(2 * queues(s) + 1), work_(2 * LEVELS) {
         for (int i = TEXTURED ? 0 : 1; i <= LEVELS; ++i) {
             packings_.emplace_back(NETWORKS[i]);
             networks_.of[i] = packings_.back().upload();
@@ -30,27 +30,21 @@ public:
                      taken + queues(s), work_.get(), s.pixels()};
         counters_.clear();
         work_.clear();
-        launch(enter, blocks_for(32LL * tiles(s.width(), TILE_WIDTH) * tiles(s.height(), TILE_HEIGHT)), s, rays);
+        launch(enter, blocks_for(s.pixels()), s, rays);
         mark("enter");
         int rounds = std::min(s.rounds, s.schedule == SCHEDULE_RELAXED ? ROUNDS_RELAXED : ROUNDS_PLAIN);
         for (round_ = 0; round_ < rounds; ++round_) phase(std::integral_constant<int, 1>(), s, rays);
         mark("trace");
-        finish_rays(s, rays, rounds + ROUNDS_FINISHED, 0);
+        for (int end = rounds + ROUNDS_FINISHED; round_ < s.rounds; end = s.rounds) {
+            end = std::min(end, s.rounds);
+            launch(finish, finish_grid_, s, networks_, rays, round_, end);
+            round_ = end;
+        }
         mark("finish");
-        Rays late = rays;
-        late.hits = late_hits_.get();
-        late.hit_count = rays.hit_count + 1;
-        aside_.fork();
-        finish_rays(s, late, s.rounds, aside_.get());
-        if (!shades_hits(s)) aside_.join();
         launch(paint, blocks_for(s.pixels()), s, static_cast<const Hit *>(state_.get()), image);
         mark("paint");
-        if (!shades_hits(s)) return;
-        launch(shade_hits, shade_grid_, s, networks_, rays, image);
+        if (shades_hits(s)) launch(shade_hits, shade_grid_, s, networks_, rays, image);
         mark("shade");
-        aside_.join();
-        launch(shade_hits, shade_grid_, s, networks_, late, image);
-        mark("late");
     }
 
     Statistics statistics() const {
@@ -64,7 +58,7 @@ public:
         std::vector<unsigned long long> work = work_.read();
         std::copy(work.begin(), work.begin() + LEVELS, counted.evaluated);
         std::copy(work.begin() + LEVELS, work.end(), counted.lanes_used);
-        counted.hits = waiting[waiting.size() - 2] + waiting.back();
+        counted.hits = waiting.back();
         return counted;
     }
 
@@ -92,23 +86,13 @@ private:
         if constexpr (PHASE < LEVELS) phase(std::integral_constant<int, PHASE + 1>(), s, rays);
     }
 
-    // Lets finish() take the rays that are left to round `end`.
-    void finish_rays(const Settings &s, const Rays &rays, int end, cudaStream_t stream) {
-        end = std::min(end, s.rounds);
-        if (round_ >= end) return;
-        finish_grid_.stream = stream;
-        launch(finish, finish_grid_, s, networks_, rays, round_, end);
-        round_ = end;
-    }
-
     int processors_, round_ = 0;
     std::vector<Grid> trace_grids_;  // index: level - 1
     Grid finish_grid_ = 1, shade_grid_ = 1;
     Buffer<Hit> state_;
     Buffer<Past> past_;
-    Buffer<int> even_, odd_, hits_, late_hits_, counters_;  // counters: waiting, taken, hit_count of Rays, of late ones
+    Buffer<int> even_, odd_, hits_, counters_;  // counters: waiting, taken, hit_count of Rays
     Buffer<unsigned long long> work_;
     std::list<Packing> packings_;
     PackedNetworks networks_ = {};
-    Aside aside_;
 };

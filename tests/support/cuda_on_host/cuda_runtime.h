@@ -323,7 +323,6 @@ enum cudaMemcpyKind { cudaMemcpyHostToDevice, cudaMemcpyDeviceToHost };
 struct cudaLaunchConfig_t {
     dim3 gridDim, blockDim;
     size_t dynamicSmemBytes;
-    int stream;
 };
 struct cudaDeviceProp {
     char name[256];
@@ -332,7 +331,6 @@ struct cudaDeviceProp {
 };
 struct cudaFuncAttributes {};
 using cudaEvent_t = int *;
-using cudaStream_t = int;  // all work is done at once
 
 // Environment variables that describe the GPU: MPLICITS_HOST_DEVICES, number of devices; MPLICITS_HOST_MAJOR, major
 // compute capability; MPLICITS_HOST_MEMORY, bytes of memory.
@@ -411,11 +409,5 @@ inline cudaError_t cudaEventElapsedTime(float *milliseconds, cudaEvent_t, cudaEv
     *milliseconds = 1.0f;
     return cudaSuccess;
 }
-enum { cudaEventDisableTiming, cudaStreamNonBlocking };
-inline cudaError_t cudaEventCreateWithFlags(cudaEvent_t *event, int) { return *event = nullptr, cudaSuccess; }
-inline cudaError_t cudaStreamCreateWithPriority(cudaStream_t *stream, int, int) { return *stream = 1, cudaSuccess; }
-inline cudaError_t cudaDeviceGetStreamPriorityRange(int *, int *) { return cudaSuccess; }
-inline cudaError_t cudaStreamDestroy(cudaStream_t) { return cudaSuccess; }
-inline cudaError_t cudaStreamWaitEvent(cudaStream_t, cudaEvent_t, int) { return cudaSuccess; }
 inline cudaError_t cudaDriverGetVersion(int *version) { return *version = 0, cudaSuccess; }
 inline cudaError_t cudaRuntimeGetVersion(int *version) { return *version = 0, cudaSuccess; }
