@@ -39,6 +39,7 @@ WHEELS = (
     "cffi",
     "pycparser",
     "sniffio",
+    "zopfli",
 )
 """numpy, scipy, pillow and threadpoolctl are larger, and where PyTorch is installed they are as a rule, too."""
 GLIBC = (28, 27, 17, 5)

@@ -29,7 +29,7 @@ void main() {
     bool looked = given.a < 0.0;
     vec2 before = looked ? given.yz : vec2(0.0);
     int looks = 0;
-    Hit ray = Hit(true, first && !looked ? max(span.x, 0.0) : given.x, looked ? int(-given.a) : 1, 0);
+    Hit ray = Hit(true, first && !looked ? max(span.x, 0.0) : given.x, looked ? int(-given.a) : 1, int(looked));
     if (first) leave_out(ray, before, looks, eye, direction, footprint, span.y, step_scale);
     vec3 p = eye + ray.t * direction;
     int shown = first ? level : worn_level(image);

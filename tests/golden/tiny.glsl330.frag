@@ -281,6 +281,8 @@ const int SCHEDULE_RELAXED = 1;
 // SCHEDULE_RELAXED: over-relaxed. skip() jumps over empty space, the finest level defined at a point takes the step, and
 // the step goes to where the surface is expected, but no farther than consecutive spheres overlap (stride()). Far from the
 // shape, the field may exceed the distance by a third and spheres may not be free: steps are plain there.
+const float STOP = 0.05; // pixels to the surface within which a ray stops
+const float FLATTEST = 0.1; // smallest slope along a ray that predicts how far the surface is
 const float STEEPEST = 4.0; // slope between a free sphere and a point inside, above which the sphere was not free
 const float GAP = 0.005; // largest gap between two free spheres, model units, if a pixel is wider
 
@@ -303,7 +305,7 @@ void move(inout Hit ray, float change, float f, int reached, int level, float pi
     bool last = reached == level;
     ray.t += change;
     ray.hit = last && f < 0.5 * pixel && ray.t <= far && ray.t >= 0.0;
-    ray.level = last && abs(f) < 0.05 * pixel || ray.t > far || ray.t < 0.0 ? -reached : reached;
+    ray.level = last && abs(f) < STOP * pixel || ray.t > far || ray.t < 0.0 ? -reached : reached;
 }
 
 // One plain step of a ray at ray.level. f: field of `reached`, the finest level defined there; width: half-width of its
@@ -321,7 +323,8 @@ void advance(inout Hit ray, float f, float width, int reached, int level, float 
 // One over-relaxed step. before: distance of the last free sphere along the ray, and its radius; radius 0: none.
 //
 // The radii of the last two spheres predict the surface. The step goes there, but no farther than 0.9 of the step after
-// which the predicted next sphere would be a pixel from this one. If the prediction fails, with a gap of over a pixel, the
+// which the predicted next sphere would be a pixel from this one. Before the first step, the last sphere is the grid's,
+// which may be too small by far, and so is the slope. The last step is short, since nothing checks it. If the prediction fails, with a gap of over a pixel, the
 // ray returns to the end of the last sphere (Keinert et al., Enhanced sphere tracing, 2014; Balint and Valasek,
 // Accelerating sphere tracing, 2018). Past the surface: false position between the last two points, even back beyond the
 // last sphere if the slope shows that it was not free, since the grid may be wrong.
@@ -348,7 +351,8 @@ void stride(inout Hit ray, inout vec2 before, float f, float width, int reached,
         if (known && radius > 0.0 && radius < NEAR * gap) {
             float nearest = max(slope, 0.0);
             float touching = 0.9 * (2.0 * radius / (1.0 + nearest) + gap);
-            change = min(touching, radius / max(nearest, 0.5));
+            bool predicts = ray.steps > 1 && f >= STOP * pixel;
+            change = min(touching, radius / max(nearest, predicts ? FLATTEST : 0.5));
             change = max(change, radius);
         }
         before = vec2(ray.t, radius);

@@ -20,6 +20,8 @@ from mplicits.model.model import DELTA_FACTOR
 Doubles = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
+STOP = 0.05
+"""Pixels to the surface within which a ray stops."""
 FLATTEST = 0.1
 """Smallest slope of f along a ray that predicts how far the surface is."""
 STEEPEST = 4.0
@@ -181,7 +183,7 @@ class Rays:
         self.t[back], self.hit[back], self.level[back], self.last_sphere[back, 1] = at[apart] + free[apart], False, 1, 0
         slope = np.where(known, (free - radius) / np.where(known, moved, 1), 1)
         nearest = np.maximum(slope, 0)
-        expected = radius / np.maximum(nearest, np.where(self.steps[indices] > 1, FLATTEST, 0.5))
+        expected = radius / np.maximum(nearest, np.where((self.steps[indices] > 1) & (f >= STOP * pixel), FLATTEST, 0.5))
         ahead = np.minimum(0.9 * (2 * radius / (1 + nearest) + gap), expected)
         past = known & (radius < 0)
         change = np.where(known & (radius > 0) & (radius < settings.near * gap), np.maximum(ahead, radius), radius)
@@ -226,7 +228,7 @@ class Rays:
         self.t[indices] += change
         left = (self.t[indices] > self.far[indices]) | (self.t[indices] < 0)
         self.hit[indices] = last & (f < 0.5 * pixel) & ~left
-        self.level[indices] = np.where((last & (np.abs(f) < 0.05 * pixel)) | left, 0, reached)
+        self.level[indices] = np.where((last & (np.abs(f) < STOP * pixel)) | left, 0, reached)
 
 
 def march(

@@ -163,9 +163,9 @@ __global__ void __launch_bounds__(THREADS) trace(Settings s, PackedNetworks netw
     if (lane() == 0) work.write(rays.work);
 }
 
-// Takes the steps of the rays that wait for `round`, at any level, in march()'s order, up to round `end`. For few rays,
+// Takes all steps of the rays that wait for `round`, at any level, in march()'s order. For the few rays that are left,
 // every kernel of a phase would take as long as its slowest ray.
-__global__ void __launch_bounds__(Together::BLOCK) finish(Settings s, PackedNetworks networks, Rays rays, int round, int end) {
+__global__ void __launch_bounds__(Together::BLOCK) finish(Settings s, PackedNetworks networks, Rays rays, int round) {
     const int count = rays.waiting_in(round);
     Work work;
     while (true) {
@@ -180,7 +180,7 @@ __global__ void __launch_bounds__(Together::BLOCK) finish(Settings s, PackedNetw
             int reached;
             vec4 p = vec4(s.eye() + ray.t * s.direction(live ? pixel : 0), fourth());
             float f = value_of<LEVELS, Together>(networks, s, live ? phase : 0, p, reached, work);
-            bool leaves = false;
+            bool done = false;
             if (live) {
                 vec3 direction = s.direction(pixel);
                 go_on(ray, past, f, reached, s, direction, leaving(s, direction));
@@ -190,15 +190,12 @@ __global__ void __launch_bounds__(Together::BLOCK) finish(Settings s, PackedNetw
                     phase = next;
                     step = 0;
                 }
-                leaves = phase <= 0 || now == end;
-                live = !leaves;
+                done = phase <= 0 || now == s.rounds;
+                live = !done;
             }
-            if (!Together::leads() || !__any_sync(WARP, leaves)) continue;
-            if (leaves) {
-                rays.state[pixel] = ray;
-                rays.past[pixel] = past;
-            }
-            hand_over(rays, leaves, ray, phase, pixel, end - 1, LEVELS, end == s.rounds);
+            if (!Together::leads() || !__any_sync(WARP, done)) continue;
+            if (done) rays.state[pixel] = ray;
+            append(done && ray.hit, pixel, rays.hits, rays.hit_count);
         }
     }
     if (Together::leads() && lane() == 0) work.write(rays.work);

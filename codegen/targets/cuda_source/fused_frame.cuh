@@ -1,10 +1,9 @@
 #include "fused.cuh"
 // fused_frame.cuh: the host side of `fused`.
-constexpr int ROUNDS_RELAXED = 1, ROUNDS_PLAIN = 3;  // by trace(); finish() does the others
-constexpr int ROUNDS_FINISHED = 3;  // after which the rays that finish() has left are gathered
+constexpr int ROUNDS_RELAXED = 1, ROUNDS_PLAIN = 3;  // rounds by trace(); finish() does the others
 
 struct Statistics {
-    std::vector<std::vector<int>> waiting;  // [round][level] rays that waited when a kernel began; else 0
+    std::vector<std::vector<int>> waiting;  // [round][level] traced rays; the last row is finish()'s
     unsigned long long evaluated[LEVELS] = {}, lanes_used[LEVELS] = {};  // as in Work
     int hits = 0;  // pixels on the surface
 };
@@ -25,9 +24,9 @@ public:
 
     // Draws a frame, and calls mark(name) after each stage.
     template <class Mark> void draw(const Settings &s, vec4 *image, Mark mark) {
-        int *waiting = counters_.get(), *taken = waiting + queues(s);
+        int *hit_count = counters_.get(), *waiting = hit_count + 1, *taken = waiting + queues(s);
         Rays rays = {state_.get(), past_.get(), {even_.get(), odd_.get()}, hits_.get(), waiting, taken,
-                     taken + queues(s), work_.get(), s.pixels()};
+                     hit_count, work_.get(), s.pixels()};
         counters_.clear();
         work_.clear();
         launch(enter, blocks_for(s.pixels()), s, rays);
@@ -35,11 +34,7 @@ public:
         int rounds = std::min(s.rounds, s.schedule == SCHEDULE_RELAXED ? ROUNDS_RELAXED : ROUNDS_PLAIN);
         for (round_ = 0; round_ < rounds; ++round_) phase(std::integral_constant<int, 1>(), s, rays);
         mark("trace");
-        for (int end = rounds + ROUNDS_FINISHED; round_ < s.rounds; end = s.rounds) {
-            end = std::min(end, s.rounds);
-            launch(finish, finish_grid_, s, networks_, rays, round_, end);
-            round_ = end;
-        }
+        if (round_ < s.rounds) launch(finish, finish_grid_, s, networks_, rays, round_);
         mark("finish");
         launch(paint, blocks_for(s.pixels()), s, static_cast<const Hit *>(state_.get()), image);
         mark("paint");
@@ -49,16 +44,16 @@ public:
 
     Statistics statistics() const {
         Statistics counted;
-        std::vector<int> waiting = counters_.read();
+        std::vector<int> counters = counters_.read();
         for (int round = 0; round <= round_; ++round) {
-            auto row = waiting.begin() + round * LEVELS;
+            auto row = counters.begin() + 1 + round * LEVELS;
+            if (std::all_of(row, row + LEVELS, [](int count) { return count == 0; })) break;
             counted.waiting.emplace_back(row, row + LEVELS);
         }
-        while (!counted.waiting.empty() && counted.waiting.back() == std::vector<int>(LEVELS)) counted.waiting.pop_back();
         std::vector<unsigned long long> work = work_.read();
         std::copy(work.begin(), work.begin() + LEVELS, counted.evaluated);
         std::copy(work.begin() + LEVELS, work.end(), counted.lanes_used);
-        counted.hits = waiting.back();
+        counted.hits = counters[0];
         return counted;
     }
 
@@ -91,7 +86,7 @@ private:
     Grid finish_grid_ = 1, shade_grid_ = 1;
     Buffer<Hit> state_;
     Buffer<Past> past_;
-    Buffer<int> even_, odd_, hits_, counters_;  // counters: waiting, taken, hit_count of Rays
+    Buffer<int> even_, odd_, hits_, counters_;  // counters: hit_count, waiting, taken of Rays
     Buffer<unsigned long long> work_;
     std::list<Packing> packings_;
     PackedNetworks networks_ = {};
