@@ -3,7 +3,7 @@
 #include "look.glsl"
 #include "worn_level.glsl"
 uniform bool first; // whether rays take a first look
-// traced(): march(), and the surface's normal, length 1, in one program.
+// traced(): march(), and the normal of the surface or else of the floor, length 1, in one program.
 // In a first look, a ray takes one step from the end of the empty cells, and the gradient there usually ends it; the other
 // rays continue. The field and its gradient are each called at one place, since drivers inline them at every call.
 // pixel: point of the image, pixels, origin bottom left; march() explains the other arguments.
@@ -11,7 +11,6 @@ Hit traced(vec3 origin, vec3 direction, float footprint, vec2 pixel, out vec3 no
     vec2 span = ball(origin, direction, 1.0 + delta[level - 1]);
     Hit ray = entering(span);
     vec2 before = vec2(0.0);
-    normal = vec3(0.0, 1.0, 0.0);
     for (int turn = first ? 0 : 1; turn < 2 && ray.level > 0; ++turn) {
         bool looks = turn == 0;
         march_on(ray, before, origin, direction, footprint, level, rounds, step_scale, schedule, span.y, looks);
@@ -28,5 +27,6 @@ Hit traced(vec3 origin, vec3 direction, float footprint, vec2 pixel, out vec3 no
                 look(ray, before, gradient, f, half_width(p, reached), reached, level, direction, footprint, span.y, step_scale);
         }
     }
+    if (!ray.hit) normal = vec3(0.0, 1.0, 0.0); // of the floor
     return ray;
 }

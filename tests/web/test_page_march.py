@@ -5,10 +5,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
+from mplicits.codegen.targets.glsl330 import bake
 from mplicits.field.cells import Cells
 from mplicits.ir.lower import lower
 from mplicits.viewer.draw.camera import Camera
+from mplicits.viewer.draw.context import Context
+from mplicits.viewer.draw.options import RenderOptions
+from mplicits.viewer.draw.renderer import Renderer
 from mplicits.web.facts import CELLS
 from mplicits.web.page import standalone
 from oracles.march import march
@@ -24,15 +29,29 @@ CAMERA = Camera(30, 20, 3)
 FOUND = "this.scene.cells = cells;"
 TRACE = """
 window.grid = cells.count;
-window.trace = async () => {
+window.trace = async (shading) => {
     const {painter, scene, current} = this, {gl} = painter.device, seen = new Float32Array(4 * SIDE * SIDE);
-    painter.draw(current, uniforms(withOptions(scene, {shading: "data"}), null, [SIDE, SIDE]), [0, 0], [SIDE, SIDE]);
+    painter.draw(current, uniforms(withOptions(scene, {shading}), null, [SIDE, SIDE]), [0, 0], [SIDE, SIDE]);
     await painter.device.done();
     gl.bindFramebuffer(gl.FRAMEBUFFER, painter.tile.framebuffer);
     gl.readPixels(0, 0, SIDE, SIDE, gl.RGBA, gl.FLOAT, seen);
     return [...seen];
 };""".replace("SIDE", str(SIDE))
-"""Lets a page with a grid return the ends of its rays."""
+"""Lets a page with a grid return one sample of each pixel; with the shading "data", the ends of its rays."""
+
+
+def samples(browser: "Browser", folder: Path, storage: str, shading: str) -> NDArray[np.float32]:
+    """Return a sample of each pixel of MODEL's page, (SIDE, SIDE, 4), top row first. storage: of the weights."""
+    text = standalone(MODEL, poster=False, shade="phong")
+    assert text.count(FOUND) == 1
+    (folder / "page.html").write_text(text.replace(FOUND, FOUND + TRACE))
+    at = f"#panel=0&az={CAMERA.azimuth}&el={CAMERA.elevation}&d={CAMERA.distance}"
+    with visit(browser, folder / "page.html", (SIDE, SIDE), 1, script=remembering(MODEL, storage), hash_=at) as visited:
+        visited.until(f"window.grid === {COUNT} && document.documentElement.dataset.storage === '{storage}'")
+        visited.still()
+        seen = visited.page.evaluate(f"() => window.trace({shading!r})")
+        assert visited.console == []
+    return np.reshape(np.array(seen, np.float32), (SIDE, SIDE, 4))[::-1]
 
 
 @pytest.mark.parametrize(
@@ -43,18 +62,7 @@ def test_rays_take_the_steps_of_the_reference(
 ) -> None:
     """In one draw, from a texture, a step precedes the first look; in passes, the first look comes first."""
     monkeypatch.setitem(CELLS, "last", COUNT)
-    text = standalone(MODEL, poster=False, shade="phong")
-    assert text.count(FOUND) == 1
-    (tmp_path / "page.html").write_text(text.replace(FOUND, FOUND + TRACE))
-    at = f"#panel=0&az={CAMERA.azimuth}&el={CAMERA.elevation}&d={CAMERA.distance}"
-    with visit(
-        browser, tmp_path / "page.html", (SIDE, SIDE), 1, script=remembering(MODEL, storage), hash_=at
-    ) as visited:
-        visited.until(f"window.grid === {COUNT} && document.documentElement.dataset.storage === '{storage}'")
-        visited.still()
-        seen = visited.page.evaluate("() => window.trace()")
-        assert visited.console == []
-    drawn = np.reshape(seen, (SIDE, SIDE, 4))[::-1].reshape(-1, 4)
+    drawn = samples(browser, tmp_path, storage, "data").reshape(-1, 4)
     program = lower(MODEL)
     eye, directions, footprint = CAMERA.rays(SIDE, SIDE)
     rays = march(
@@ -72,3 +80,14 @@ def test_rays_take_the_steps_of_the_reference(
     assert (rays.hit == hit).mean() > 0.999
     assert (rays.steps == drawn[:, 1])[hit].mean() > 0.97, "rounding may move f across a threshold"
     assert np.abs(rays.t - drawn[:, 0])[rays.hit & hit].mean() < 1e-4
+
+
+def test_the_floor_around_the_shape_is_in_shade(
+    browser: "Browser", osmesa: Context, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Rays that a first look has brought near the shape, and that then miss it."""
+    monkeypatch.setitem(CELLS, "last", COUNT)
+    drawn = samples(browser, tmp_path, "texture", "studio")
+    theirs = Renderer(osmesa, bake(MODEL)).render((SIDE, SIDE), CAMERA, RenderOptions(shade="studio"))
+    floor = (drawn[..., 3] < 0.5) & (theirs[..., 3] < 0.5)
+    assert np.abs(drawn - theirs)[floor].max() < 0.03
