@@ -120,7 +120,9 @@ def test_the_text_draws_the_renderer_s_picture(osmesa: Context) -> None:
     ours = picture(osmesa, text)
     theirs = Renderer(osmesa, bake(model, "texture")).render(SIZE, Camera())
     inside, expected = ours.max(-1) > 0, theirs[..., 3] > 0
-    assert (inside & expected).sum() / (inside | expected).sum() > 0.985, "the text counts grazing rays as hits farther out"
+    assert (inside & expected).sum() / (inside | expected).sum() > 0.985, (
+        "the text counts grazing rays as hits farther out"
+    )
     both = inside & expected
     difference = np.abs(ours - 255 * theirs[..., :3])[both]
     assert np.median(difference) < 4

@@ -183,7 +183,9 @@ class Rays:
         self.t[back], self.hit[back], self.level[back], self.last_sphere[back, 1] = at[apart] + free[apart], False, 1, 0
         slope = np.where(known, (free - radius) / np.where(known, moved, 1), 1)
         nearest = np.maximum(slope, 0)
-        expected = radius / np.maximum(nearest, np.where((self.steps[indices] > 1) & (f >= STOP * pixel), FLATTEST, 0.5))
+        expected = radius / np.maximum(
+            nearest, np.where((self.steps[indices] > 1) & (f >= STOP * pixel), FLATTEST, 0.5)
+        )
         ahead = np.minimum(0.9 * (2 * radius / (1 + nearest) + gap), expected)
         past = known & (radius < 0)
         change = np.where(known & (radius > 0) & (radius < settings.near * gap), np.maximum(ahead, radius), radius)

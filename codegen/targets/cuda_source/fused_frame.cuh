@@ -1,6 +1,15 @@
 #include "fused.cuh"
 // fused_frame.cuh: the host side of `fused`.
-constexpr int ROUNDS_RELAXED = 1, ROUNDS_PLAIN = 3;  // rounds by trace(); finish() does the others
+constexpr int ROUNDS_WITH_CELLS = 1, STEPS_WITHOUT = 40;  // most steps by trace(); finish() takes the others
+
+// Rounds after which few rays are left.
+inline int rounds_of_trace(const Settings &s) {
+    bool relaxed = s.schedule == SCHEDULE_RELAXED;
+    if (relaxed && s.level == LEVELS && !MOVING) return std::min(s.rounds, ROUNDS_WITH_CELLS);
+    int steps = 0;
+    for (int level = relaxed ? s.level : 1; level <= s.level; ++level) steps += ITERATIONS[level - 1];
+    return std::min(s.rounds, (STEPS_WITHOUT + steps - 1) / steps);
+}
 
 struct Statistics {
     std::vector<std::vector<int>> waiting;  // [round][level] traced rays; the last row is finish()'s
@@ -31,7 +40,7 @@ public:
         work_.clear();
         launch(enter, blocks_for(s.pixels()), s, rays);
         mark("enter");
-        int rounds = std::min(s.rounds, s.schedule == SCHEDULE_RELAXED ? ROUNDS_RELAXED : ROUNDS_PLAIN);
+        int rounds = rounds_of_trace(s);
         for (round_ = 0; round_ < rounds; ++round_) phase(std::integral_constant<int, 1>(), s, rays);
         mark("trace");
         if (round_ < s.rounds) launch(finish, finish_grid_, s, networks_, rays, round_);

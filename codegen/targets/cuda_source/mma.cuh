@@ -1,5 +1,5 @@
 // mma.cuh: the three instructions of the tensor cores, the layout of their operands in a warp, a block's shared memory,
-// and copies to it. The tests' host build has its own version. mma.sync.m16n8k16 (PTX ISA, "Matrix Fragments for mma.m16n8k16");
+// copies to it, and a barrier. The tests' host build has its own version. mma.sync.m16n8k16 (PTX ISA, "Matrix Fragments for mma.m16n8k16");
 // lane = 4 q + r, and a register holds two halves:
 //   A, 16 x 16: register 0 rows q, columns 2 r + {0, 1}; 1 rows q + 8; 2 and 3 the same at columns + 8;
 //   B, 16 x 8:  register 0 rows 2 r + {0, 1}, column q; register 1 rows + 8;
@@ -53,6 +53,9 @@ template <int LEFT> __device__ inline void wait_for_copies() {
     asm volatile("cp.async.wait_group %0;\n" ::"n"(LEFT) : "memory");
 #endif
 }
+
+// Waits for all COUNT threads of the block, whose warps may be at different places of the code, unlike __syncthreads().
+template <int COUNT> __device__ inline void wait_anywhere() { asm volatile("bar.sync 1, %0;\n" ::"n"(COUNT) : "memory"); }
 
 __device__ inline void unpack(unsigned both, float &low, float &high) {
     asm("{.reg .f16 a, b;\n mov.b32 {a, b}, %2;\n cvt.f32.f16 %0, a;\n cvt.f32.f16 %1, b;}\n"

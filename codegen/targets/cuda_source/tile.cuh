@@ -159,7 +159,7 @@ public:
     __device__ void await(int n) const {
         if constexpr (Team::WARPS == 1) {
             wait_for_copies<CHUNKS - 2>();
-            __syncthreads();  // all have copied chunk n, and have used the one before
+            wait_anywhere<Team::BLOCK>();  // all have copied chunk n, and have used the one before
             begin(n + CHUNKS - 1);
         }
     }

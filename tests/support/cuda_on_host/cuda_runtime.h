@@ -269,6 +269,7 @@ constexpr int PEAK_ROUNDS = 2, PEAK_SIZE = 16;
 inline uint4 *shared_memory() {
     return &host::shared_words[blockIdx.x % host::RESIDENT * (host::shared_size / sizeof(uint4))];
 }
+template <int COUNT> void wait_anywhere() { __syncthreads(); }
 inline void copy(uint4 *to, const uint4 *from) { host::now->copies.back().emplace_back(to, from); }
 inline void end_copies() { host::now->copies.emplace_back(); }
 // Makes only those copies that it waits for, as late as a GPU may.
