@@ -80,7 +80,11 @@ def test_pages_show_the_numbers_and_the_goals(tmp_path: Path) -> None:
     results = benchmark("results_of_gpu")
     largest, siren = (benchmark("table2").ROWS[k][0] for k in (-1, 0))
     rows = [row(largest, "relaxed", "fused", 1200), row(largest, "plain", "layered", 150)]
-    rows.append(row(siren, "relaxed", "fused", 200))
+    rows += [
+        row(siren, "relaxed", "fused", 200),
+        row(siren, "plain", "fused", 100),
+        row(largest, "plain", "fused", 300),
+    ]
     frame = {"model": "spot", "storage": "auto", "shade": "studio", "width": 1920, "height": 1080, "fps": 400.0}
     levels = [{"steps": 100, "mean_f": 2e-4, "angle": 7.0}]
     run = {"shape": "lucy", "preset": "base", "exit": 0, "levels": levels}
@@ -126,11 +130,13 @@ def test_pages_show_the_numbers_and_the_goals(tmp_path: Path) -> None:
     for folder, report in zip(folders, reports, strict=True):
         folder.mkdir()
         (folder / "report.json").write_text(json.dumps(report))
-    command = [sys.executable, results.__file__, *map(str, folders), "--pages", str(tmp_path)]
+    command = [sys.executable, results.__file__, *map(str, folders), "--pages", str(tmp_path), "--note", "A remark."]
     subprocess.run(command, check=True, capture_output=True)
     page = (tmp_path / "gpu.md").read_text()
     assert f"| {largest}, frames per second at 512 x 512 | 1200 | reached: at least 1000 |" in page
     assert "| its ratio to the (256, 4) SIREN, drawn the same way | 6 | reached: at least 5 |" in page
+    assert "| the same ratio, both by the plain schedule | 3 | MISSED: at least 5 |" in page
+    assert "\n\nA remark.\n\n## Goals" in page
     assert "| its ratio to layered | 8 | MISSED: at least 10 |" in page
     assert "extrapolated) | 64 | reached: at least 60 |" in page  # 400 frames per second by 2 of 0.25 * 50 TFLOP/s
     assert "Share of the card that fragment shaders get: 0.25. The same loop takes 2 ms" in page
@@ -146,7 +152,7 @@ def test_pages_show_the_numbers_and_the_goals(tmp_path: Path) -> None:
     assert "| WebGPU | 2 | 0 | 2 |  | 7 |  |" in page
     assert "- WebGPU: Trained in 10 s" in page
     assert "compute-sanitizer is not installed" in page
-    assert f"| {largest} | 70 |  | 1200 |  |  | 150 |" in (tmp_path / "table2.md").read_text()
+    assert f"| {largest} | 70 |  | 1200 |  | 300 | 150 |" in (tmp_path / "table2.md").read_text()
 
 
 def test_a_browser_is_driven_through_a_pipe(tmp_path: Path) -> None:
