@@ -42,6 +42,29 @@ TRAIN = """async ([worker, wasm, vertices, faces, settings, config, gpu, lostAt]
     const [{meanF, angle}] = trained.levels;
     return {...counts, meanF, angle, colorLoss: trained.texture.loss};
 }"""
+LATE = """async ([network, isEnded]) => {
+    let compile, destroyed = 0, asked = 0;
+    const same = () => ({}), compiled = new Promise((resolve) => { compile = resolve; });
+    const device = {
+        queue: {}, lost: new Promise(() => {}), limits: {maxStorageBufferBindingSize: 1 << 27},
+        createShaderModule: same, createComputePipelineAsync: () => compiled, createBuffer: same, createBindGroup: same,
+        destroy: () => ++destroyed,
+    };
+    GPU.prototype.requestAdapter = async () => ({info: {}, requestDevice: async () => device});
+    const all = async (name) => {
+        asked += name === "samples";
+        return name === "samples" ? new Promise(() => {}) : [{loss: 1}]; // the GPU's step stays at its samples
+    };
+    const stepper = await stepperOf({workers: [0], all}, "the kernel", network, 32, false);
+    await stepper.all("step", same);
+    const before = asked;
+    if (isEnded) stepper.end();
+    compile({getBindGroupLayout: same});
+    await new Promise((resolve) => setTimeout(resolve));
+    if (!isEnded) stepper.all("step", same);
+    await new Promise((resolve) => setTimeout(resolve));
+    return {before, destroyed, joined: asked > 0};
+}"""
 
 
 @pytest.fixture
@@ -83,3 +106,14 @@ def test_a_lost_device_goes_on_in_the_workers(page: "Page", lost_at: int) -> Non
     assert trained["steps"] == STAGES * STEPS
     assert trained["gpu"] <= STAGES * (lost_at + 1) + IDLE
     assert trained["meanF"] < 0.02
+
+
+@pytest.mark.parametrize("is_ended", [False, True])
+def test_the_workers_begin_while_the_kernel_compiles(page: "Page", is_ended: bool) -> None:
+    """A kernel that comes after the end of its stage is freed; an earlier one joins the workers' next step."""
+    network = {"width": 16, "depth": 1, "outputs": 1}
+    assert run(page, TRAINER, LATE, [network, is_ended]) == {
+        "before": 0,
+        "destroyed": int(is_ended),
+        "joined": not is_ended,
+    }
