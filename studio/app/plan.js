@@ -1,4 +1,5 @@
 // How the time of a training is shared out among its stages: the levels, then the texture (trainer/plan.py).
+const LEAST_STEPS = 20; // of a stage that has a time, even where its preparation took it all
 
 // Returns the cost of each stage, relative to the others. settings: see trainShape; budget: `BudgetConfig` of
 // trainer/config.py; hasTexture: whether a texture is trained. Level 1 gets the time of the largest network, because its
@@ -21,6 +22,6 @@ function stepCost({width, depth}) {
 export function timer(first, count, clock, end) {
     const start = clock?.();
     const done = end === null ? (steps) => steps / Math.max(1, Math.round(count * (1 - first)))
-        : () => (end > start ? (clock() - start) / (end - start) : 1);
+        : (steps) => Math.min(steps / LEAST_STEPS, end > start ? (clock() - start) / (end - start) : 1);
     return (steps) => Math.min(1, first + (1 - first) * done(steps));
 }

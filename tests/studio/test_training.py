@@ -53,6 +53,15 @@ TRAIN = """async ([worker, wasm, vertices, faces, crease, settings, config]) => 
     const shape = {name: "a ball", center: [1, 2, 3], scale: 4};
     return {told, figures, scale: read.scale, file: [...modelFile(shape, trained, {made_by: "page"})]};
 }"""
+TIMER = """([first, end]) => {
+    let now = 5; // seconds; a step takes one
+    const share = timer(first, undefined, () => now, end), shares = [share(0)];
+    while (shares.at(-1) < 1) {
+        ++now;
+        shares.push(share(shares.length));
+    }
+    return shares;
+}"""
 STEP_COUNT = 20
 SETTINGS = {"levels": [{"width": 14, "depth": 1}] * 2, "omegas": [8, 16], "steps": [200, 200], "seed": 3}
 
@@ -62,6 +71,13 @@ def page(browser: "Browser") -> "Page":
     page = browser.new_page()
     page.evaluate(BYTES)
     return page
+
+
+@pytest.mark.parametrize("first", [0, 0.5])
+def test_a_stage_without_time_takes_some_steps(page: "Page", first: float) -> None:
+    """Its schedule passes in 20 steps, whether its time was over before, ends early, or is longer."""
+    for end, count in {3: 20, 5: 20, 9: 20, 45: 40}.items():
+        np.testing.assert_allclose(run(page, TRAINER, TIMER, [first, end]), np.linspace(first, 1, count + 1))
 
 
 @pytest.mark.parametrize(("width", "padded", "depth"), [(8, 8, 1), (10, 12, 3), (80, 80, 2), (8, 8, 0)])
