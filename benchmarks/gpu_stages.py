@@ -55,7 +55,7 @@ STAGES: dict[str, tuple[float, Callable[[Results], None]]] = {
     "normals": (60, normals),
     "counters": (120, counters),
     "wgsl": (60, wgsl),
-    "page": (120, page),
+    "page": (150, page),
     "photos": (50 + 3 * PHOTO_SECONDS, photos),
     "lucy": (145, partial(train, "lucy", beside=False)),
 }
