@@ -52,20 +52,23 @@ new MutationObserver((records) => {
 """Records when the page first shows a picture, when that is refined, and all frames: milliseconds, width, height."""
 STEPS = """
 const steps = globalThis.steps = [], {postMessage} = Worker.prototype, {submit} = GPUQueue.prototype;
-const {getMappedRange} = GPUBuffer.prototype, heard = new WeakSet();
-let first = null, pending = 0, loss = 0;
+const {getMappedRange} = GPUBuffer.prototype, heard = new WeakSet(), asked = new Map();
+let first = null, step = null;
 Worker.prototype.postMessage = function (question, ...more) {
     first ??= this;
     if (this === first && question.name.startsWith("begin")) steps.push(["begin", performance.now(), 0]);
-    if (question.name === "step") ++pending;
+    if (question.name === "step") {
+        if (this === first) step = {pending: 0, loss: 0};
+        ++step.pending;
+        asked.set(question.id, step); // the page's own listener asks for the next step before the one below hears
+    }
     if (!heard.has(this)) {
         heard.add(this);
-        this.addEventListener("message", ({data: {answer}}) => {
-            if (!answer?.gradient) return;
-            loss += answer.loss;
-            if (--pending) return;
-            steps.push(["workers", performance.now(), loss]);
-            loss = 0;
+        this.addEventListener("message", ({data: {id, answer}}) => {
+            const own = asked.get(id);
+            if (!asked.delete(id) || !answer) return;
+            own.loss += answer.loss;
+            if (!--own.pending) steps.push(["workers", performance.now(), own.loss]);
         });
     }
     return postMessage.call(this, question, ...more);
