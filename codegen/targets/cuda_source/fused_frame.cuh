@@ -1,8 +1,9 @@
 #include "fused.cuh"
 // fused_frame.cuh: the host side of `fused`.
-constexpr int ROUNDS_WITH_CELLS = 1, STEPS_WITHOUT = 40;  // most steps by trace(); finish() takes the others
+// Of trace(): rounds where rays skip cells, and about as many steps where they do not. finish() takes the others.
+constexpr int ROUNDS_WITH_CELLS = 1, STEPS_WITHOUT = 40;
 
-// Rounds after which few rays are left.
+// Number of rounds of trace().
 inline int rounds_of_trace(const Settings &s) {
     bool relaxed = s.schedule == SCHEDULE_RELAXED;
     if (relaxed && s.level == LEVELS && !MOVING) return std::min(s.rounds, ROUNDS_WITH_CELLS);

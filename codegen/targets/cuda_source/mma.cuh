@@ -1,5 +1,6 @@
 // mma.cuh: the three instructions of the tensor cores, the layout of their operands in a warp, a block's shared memory,
-// copies to it, and a barrier. The tests' host build has its own version. mma.sync.m16n8k16 (PTX ISA, "Matrix Fragments for mma.m16n8k16");
+// copies to it, and a barrier. The tests' host build has its own version. mma.sync.m16n8k16 (PTX ISA, "Matrix Fragments
+// for mma.m16n8k16");
 // lane = 4 q + r, and a register holds two halves:
 //   A, 16 x 16: register 0 rows q, columns 2 r + {0, 1}; 1 rows q + 8; 2 and 3 the same at columns + 8;
 //   B, 16 x 8:  register 0 rows 2 r + {0, 1}, column q; register 1 rows + 8;

@@ -244,7 +244,7 @@ __device__ inline void forward(const Packed &net, const vec4 (&points)[T][2], bo
     constexpr int LAST = Net::LAYERS - 1;
     if (Team::WARPS > 1 || active) first_layer<Net, Team, LAST == 0>(net, points, of_layer(0), sums);
 #pragma unroll 1
-    for (int layer = 1; layer < LAST; ++layer) 
+    for (int layer = 1; layer < LAST; ++layer)
         hidden_layer<Net, Team, false>(net, layer, active, of_layer(layer), sums);
     if constexpr (LAST > 0) hidden_layer<Net, Team, true>(net, LAST, active, of_layer(LAST), sums);
 }
