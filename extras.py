@@ -23,7 +23,8 @@ EXTRAS = {
     "mesh": Extra(_MESH, "220 MB"),
     "cluster": Extra({"dask", "distributed"}, "40 MB"),
     "capture": Extra({"OpenEXR", "scipy"}, "150 MB"),
-    "formats": Extra({"DracoPy", "laspy", "lazrs", "meshoptimizer", "pye57", "pypcd4"}, "90 MB"),
+    "formats": Extra({"DracoPy", "laspy", "lazrs", "pye57", "pypcd4"}, "90 MB"),
+    "meshopt": Extra({"meshoptimizer"}, "2 MB, and a compiler of C++"),
     "depth": Extra({"torch", "transformers"}, "1.2 GB, with CUDA several"),
 }
 """Name -> extra that a verb may need. The window works without the extra `view`, and says what it lacks."""

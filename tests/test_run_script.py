@@ -32,8 +32,9 @@ STAND_INS = {
     'test -e "$FAKE/broken" || sed -i "/$name/d" "$FAKE/lacking"\n',
     "id": '#!/bin/sh\ncat "$FAKE/user"\n',
     "sudo": "#!/bin/sh\nexit 1\n",
+    "c++": "#!/bin/sh\n",
 }
-VENV, SETUPTOOLS, PROJECT = "-m venv", "-m pip install -q -c constraints.txt setuptools", "--no-build-isolation -e ."
+VENV, SETUPTOOLS, PROJECT = "-m venv", "-m pip install -q -c constraints.txt setuptools numpy", "--no-build-isolation -e ."
 ALL = "train,mesh,capture,view,formats,dev"
 CHECKS = ["-m ruff check", "-m ruff format --check", "-m mypy -p mplicits", "-m mypy tests benchmarks"]
 
@@ -112,7 +113,7 @@ def installs(called: list[str]) -> list[str]:
 
 def test_a_verb_installs_no_extra_and_the_tests_install_all(checkout: Checkout) -> None:
     assert installs(checkout.run("info")[1]) == ["."]
-    assert installs(checkout.run("test")[1]) == [f".[{ALL}]"]
+    assert installs(checkout.run("test")[1]) == [f".[{ALL}]", f".[{ALL},meshopt]"]
     assert installs(checkout.run("test")[1]) == []
 
 
