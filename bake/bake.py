@@ -2,9 +2,8 @@
 
 from dataclasses import dataclass
 
-from ..field.rounding import in_float16, rounding_error
+from ..field.rounding import in_float16, rounding_error, rounding_line
 from ..model.model import Model
-from ..web.short_weights import coded_weights, short_weights
 from .options import BakeOptions
 from .registry import TARGETS
 
@@ -15,23 +14,17 @@ class Baked:
 
     text: str
     """The whole output file."""
-    rounding: tuple[float, float] | None
-    """Largest and mean difference of the distance near the surface, model units, where weights have few bits."""
-    kind: str
-    """What these weights are, for people."""
+    rounding: tuple[str, ...]
+    """Lines for people: how far each rounding of the weights moves the surface. Empty for exact weights."""
 
 
 def bake(model: Model, options: BakeOptions) -> Baked:
     """Write a model as the text of a target. Raises UserError where the target does not take the model or an option."""
-    rounding, kind = None, options.precision
+    lines, exact, target = [], model, TARGETS[options.target]
     if options.precision == "float16":
-        exact, model = model, in_float16(model)
-        rounding = rounding_error(exact, model)
-    elif TARGETS[options.target].page:
-        short = (coded_weights if options.target == "module" else short_weights)(model)
-        if short is not None:
-            rounding, kind = short.error, short.kind
-    text = TARGETS[options.target](
+        model = in_float16(exact)
+        lines.append(rounding_line(options.precision, rounding_error(exact, model)))
+    text = target(
         model,
         storage=options.storage,
         digits=options.digits,
@@ -41,4 +34,6 @@ def bake(model: Model, options: BakeOptions) -> Baked:
         studio=options.studio,
         with_march=options.with_march,
     )
-    return Baked(text, rounding, kind)
+    if line := target.rounding(model, options.storage, options.digits, options.studio):
+        lines.append(line)
+    return Baked(text, tuple(lines))

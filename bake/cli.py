@@ -40,7 +40,6 @@ class BakeCommand(BakeOptions):
 
 def _bake(command: BakeCommand) -> None:
     """Write a model as shader source. Raises UserError."""
-    from ..codegen.targets.header import read_header
     from ..model.files import check_writable, show, write_whole
     from ..model.kinds import GENERATED
     from ..model.model_file import load
@@ -53,26 +52,13 @@ def _bake(command: BakeCommand) -> None:
     for path in (output, *more):
         check_writable(path, [command.model], kind=GENERATED, force=command.force)
     baked = bake(model, command)
-    if baked.rounding is not None:
-        largest, mean = baked.rounding
-        print(
-            f"{baked.kind}: the distance near the surface is off by {largest:.1e} at most, {mean:.1e} on average "
-            "(the shape has radius 1)",
-            file=sys.stderr,
-        )
+    for line in baked.rounding:
+        print(line, file=sys.stderr)
     for path, text in (more | {output: baked.text}).items():
         write_whole(path, text)
     print(f"{show(output)}: {command.target}, {len(baked.text.encode()):,} bytes", file=sys.stderr)
     if (policy := policy_of(baked.text)) is not None:
         print(f"its policy, for a server that sends a header: {policy}", file=sys.stderr)
-    error = read_header(baked.text).get("error") if command.target == "shadertoy" else None
-    if error:
-        colors = f", colors by {error['colour']:g}/255" if "colour" in error else ""
-        print(
-            f"weights of few bits: near the surface, distances are off by {error['f']:.1e} (the shape has radius 1), "
-            f"normals by {error['degrees']:g} degrees{colors} (root mean square)",
-            file=sys.stderr,
-        )
 
 
 @dataclass(frozen=True)

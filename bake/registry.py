@@ -81,6 +81,23 @@ class Target:
         more = {} if shade is None else {"shade": shade}
         return self._standalone(model, storage=storage, digits=digits, **more)
 
+    def rounding(
+        self, model: "Model", storage: str = "auto", digits: int | None = None, studio: bool = False
+    ) -> str | None:
+        """Say how far the weights of the text are rounded, in one line; None for exact weights.
+
+        The module's function `rounding` says it where the module chooses the weights. Arguments: see `__call__`.
+        """
+        if studio:
+            return replace(self, module=self.studio).rounding(model, storage, digits)
+        if hasattr(self._module, "rounding"):
+            return cast("str | None", self._module.rounding(model, storage, digits))
+        if digits is None:
+            return None
+        from ..field.rounding import decimals_line
+
+        return decimals_line(model, digits)
+
     def beside(self, path: Path) -> dict[Path, str]:
         """Return the further files of an output file: path -> text. There is none beside a pipe."""
         if not self.types or is_special(path):

@@ -44,6 +44,21 @@ def is_float16(model: Model) -> bool:
         return all((tensor.astype(np.float16) == tensor).all() for tensor in model.tensors().values())
 
 
+def rounding_line(kind: str, error: tuple[float, float]) -> str:
+    """Say how far rounding moves the distance. kind: of the rounded weights; error: of `rounding_error`."""
+    largest, mean = error
+    return (
+        f"{kind}: the distance near the surface is off by {largest:.1e} at most, {mean:.1e} on average "
+        "(the shape has radius 1)"
+    )
+
+
+def decimals_line(model: Model, digits: int) -> str:
+    """Say how far rounding to decimals moves the distance."""
+    kind = f"weights of {digits} decimal{'s' * (digits != 1)}"
+    return rounding_line(kind, rounding_error(model, in_decimals(model, digits)))
+
+
 def rounding_error(model: Model, coarse: Model) -> tuple[float, float]:
     """Return the largest and the mean |f - f_coarse| of the last level near the surface of `model`, model units."""
     level = len(model.levels)

@@ -12,7 +12,6 @@ from ..codegen.targets.glsl300es import DIALECT
 from ..codegen.targets.header import header_facts, header_line
 from ..codegen.targets.uniforms import OPENING_SHADES
 from ..field.lowest import lowest_point
-from ..field.rounding import in_decimals, is_float16
 from ..ir.lower import lower
 from ..model.errors import UserError
 from ..model.model import Model
@@ -21,7 +20,7 @@ from .facts import facts_json
 from .minified import minified, short_shader
 from .page import MODULE_LINE, model_bytes, poster_url, script
 from .scene import scene_facts, texel_bytes
-from .short_weights import ShortWeights, coded_weights, short_weights
+from .short_weights import ShortWeights, coded_weights, page_weights, short_weights
 
 APP = (
     *("packed_weights.js", "safetensors.js", "lower.js", "cstyle.js", "literal.js", "texels.js", "field.js"),
@@ -59,6 +58,11 @@ def standalone(
     return _text(model, storage, digits, poster, shade, coded_weights)
 
 
+def rounding(model: Model, storage: str = "auto", digits: int | None = None) -> str | None:
+    """Say how far the module's weights are rounded. See `bake.registry.Target.rounding`."""
+    return page_weights(model, digits, coded_weights).line
+
+
 def exact(model: Model, poster: bool = True) -> str:
     """Return a module without a search for the fewest bits, which is at least as long."""
     return _text(model, "auto", None, poster, OPENING_SHADES[0], short_weights)
@@ -75,9 +79,8 @@ def _text(
     """Return the text of the module. shorten: rounds weights. The other arguments are those of `standalone`."""
     if storage not in ("auto", "texture"):
         raise UserError(f"--storage {storage}: module has its weights in a texture; leave the option out")
-    chosen = model if digits is None else in_decimals(model, digits)
-    shortened = None if is_float16(chosen) else shorten(chosen)
-    program = replace(lower(shortened.model if shortened else chosen), sha256=chosen.sha256())
+    chosen = page_weights(model, digits, shorten)
+    program = replace(lower(chosen.model), sha256=model.sha256())
     text = print_field(program, DIALECT.language, "texture")
     header = header_facts(model, program, "module")
     ground = round(lowest_point(program), 4)
@@ -86,7 +89,7 @@ def _text(
         facts["scene"] = scene_facts(model, program, text)
         data = texel_bytes(text)
     else:
-        data = shortened.data if shortened else model_bytes(chosen)
+        data = chosen.data or model_bytes(chosen.model)
     facts["weights"] = base64.b64encode(data).decode()
     # moving: a model in a file may move.
     prologue = fragment.prologue(header, replace(program, moving=True), DIALECT, text.weights, ground)

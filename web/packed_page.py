@@ -12,6 +12,7 @@ from .base124 import base124
 from .deflate import deflated
 from .minified import minified, minified_style, short_script, short_shader
 from .policy import ANY, hashes
+from .short_weights import page_weights, short_weights
 
 BINARY = "application/octet-stream"
 """Type of the script elements with base64, which is stored as bytes."""
@@ -36,6 +37,11 @@ _STYLE_COMMENT = re.compile(r"/\* .*?\*/\n?", re.DOTALL)
 def standalone(model: Model, **options: Any) -> str:
     """Return the page of a model, packed. options: of `page.standalone`. Raises UserError."""
     return packed(whole_page.standalone(model, short=True, **options), alone=True)
+
+
+def rounding(model: Model, storage: str = "auto", digits: int | None = None) -> str | None:
+    """Say how far the page's weights are rounded. See `bake.registry.Target.rounding`."""
+    return page_weights(model, digits, short_weights).line
 
 
 def packed(page: str, alone: bool = False) -> str:

@@ -24,7 +24,7 @@ from ..codegen.targets.uniforms import OPENING_SHADES, default
 from ..field import interpret
 from ..field.lowest import lowest_point
 from ..field.poster import poster as draw_poster
-from ..field.rounding import in_decimals, is_float16
+from ..field.rounding import is_float16
 from ..field.surface_points import near_surface
 from ..ir.lower import lower
 from ..ir.program import Array, Program
@@ -35,7 +35,7 @@ from ..model.model_file import to_bytes
 from ..model.version import installed_version
 from .facts import PAGE_PASSES, facts_json
 from .scene import scene_facts, texel_bytes
-from .short_weights import short_weights
+from .short_weights import page_weights, short_weights
 
 PRINTER = (
     *("facts.js", "packed_weights.js", "safetensors.js", "lower.js", "cstyle.js", "literal.js", "texels.js"),
@@ -114,13 +114,12 @@ def standalone(
     shading, one of OPENING_SHADES. extension: additions to the page. short: store weights as short whole numbers where
     that keeps the field (short_weights.py). 16-bit floats are stored as such. Raises UserError for another storage.
     """
-    weights = model if digits is None else in_decimals(model, digits)
-    shortened = short_weights(weights) if short and not is_float16(weights) else None
-    weights = shortened.model if shortened else weights
+    chosen = page_weights(model, digits, short_weights if short else None)
+    weights = chosen.model
     if storage == "packed":
         raise UserError("--storage packed: only target shadertoy takes it; choose literal, texture or auto")
     program = lower(weights)
-    if shortened:  # The page names the model's own hash.
+    if chosen.data:  # The page names the model's own hash.
         program = replace(program, sha256=model.sha256())
     text = print_field(program, DIALECT.language, "texture" if model.scene is None else storage)
     header = header_facts(model, program, "html")
@@ -132,7 +131,7 @@ def standalone(
         facts["scene"] = scene_facts(model, program, text)
         data = texel_bytes(text)
     else:
-        data = shortened.data if shortened else model_bytes(weights)
+        data = chosen.data or model_bytes(weights)
     picture = poster_url(model, shade) if poster else NO_PICTURE
     return _page(model.name, facts, data, prologue, picture, shade, extension)
 

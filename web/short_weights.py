@@ -7,7 +7,7 @@ whose code is shorter, has packed weights (field/pack.py) instead of 16 bits; th
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..field.pack import packed
-from ..field.rounding import rounding_error
+from ..field.rounding import decimals_line, in_decimals, is_float16, rounding_error, rounding_line
 from ..model.errors import UserError
 from ..model.model import Array, Layer, Model, Network
 from ..model.model_file import to_bytes
@@ -44,6 +44,34 @@ class ShortWeights:
     """Largest and mean difference of the distance near the surface, model units."""
     kind: str = "weights of 16 bits"
     """What they are, for people."""
+
+
+@dataclass(frozen=True, eq=False)
+class PageWeights:
+    """The weights of a page."""
+
+    model: Model
+    """The model with the weights that the page reads."""
+    data: bytes | None
+    """Their model file, as of `ShortWeights`; None where they are not short."""
+    line: str | None
+    """How far they are rounded, for people; None for exact weights."""
+
+
+@lru_cache(maxsize=1)
+def page_weights(
+    model: Model, digits: int | None, shorten: Callable[[Model], ShortWeights | None] | None
+) -> PageWeights:
+    """Choose the weights of a page. digits: decimals, None for all. shorten: a function below; None keeps the floats.
+
+    Weights that are 16-bit floats already are kept.
+    """
+    chosen = model if digits is None else in_decimals(model, digits)
+    short = None if shorten is None or is_float16(chosen) else shorten(chosen)
+    line = None if digits is None else decimals_line(model, digits)
+    if short:
+        return PageWeights(short.model, short.data, line or rounding_line(short.kind, short.error))
+    return PageWeights(chosen, None, line)
 
 
 def coded_weights(model: Model) -> ShortWeights | None:

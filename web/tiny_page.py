@@ -11,6 +11,7 @@ import numpy as np
 
 from ..codegen.printers.cstyle import Language
 from ..codegen.printers.packed import PackedStorage, Whole, multiples, whole_layer
+from ..codegen.targets import shadertoy
 from ..codegen.targets.orbit import AZIMUTH, ELEVATION
 from ..codegen.targets.shadertoy import Emitted, emitted, storage_without_search
 from ..codegen.targets.shadertoy_text import printed_functions, shader_text, weights_text
@@ -62,6 +63,11 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None, s
     """Return the text of the page. Arguments and errors: see `codegen.targets.shadertoy.standalone`."""
     chosen = emitted(model, storage, digits)
     return page_text(script_parts(chosen, model, shade), model)
+
+
+def rounding(model: Model, storage: str = "auto", digits: int | None = None) -> str | None:
+    """Say how far the page's weights are rounded. See `bake.registry.Target.rounding`."""
+    return shadertoy.rounding(model, storage, digits)
 
 
 def exact(model: Model) -> str:

@@ -2,10 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 from ...field.bits import cost, fewest_bits
 from ...field.digits import fewest_digits
+from ...field.rounding import decimals_line
 from ...ir.lower import lower
 from ...ir.program import Program
 from ...model.errors import UserError
@@ -42,6 +44,7 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None, s
     return shader_text(chosen.program, model, chosen.storage, chosen.further, shade)
 
 
+@lru_cache(maxsize=1)
 def emitted(model: Model, storage: str = "auto", digits: int | None = None) -> Emitted:
     """Choose the weights of a text.
 
@@ -74,6 +77,20 @@ def emitted(model: Model, storage: str = "auto", digits: int | None = None) -> E
         return _packed(_with_parts(model, list(map(quantized_model, parts))), model)
     program = lower(model, max(map(fewest_digits, parts)) if digits is None else digits, padded=False)
     return Emitted(program, LiteralStorage, {})
+
+
+def rounding(model: Model, storage: str = "auto", digits: int | None = None) -> str | None:
+    """Say how far the weights of the text are rounded. See `bake.registry.Target.rounding`."""
+    chosen = emitted(model, storage, digits)
+    if chosen.storage is LiteralStorage:
+        return None if digits is None else decimals_line(model, digits)
+    if (error := chosen.further.get("error")) is None:
+        return None
+    colors = f", colors by {error['colour']:g}/255" if "colour" in error else ""
+    return (
+        f"weights of few bits: near the surface, distances are off by {error['f']:.1e} (the shape has radius 1), "
+        f"normals by {error['degrees']:g} degrees{colors} (root mean square)"
+    )
 
 
 def exact(model: Model, digits: int | None = None, shade: str | None = None) -> str:
