@@ -292,14 +292,23 @@ def browser_lines(found: dict[str, Any]) -> list[str]:
         "by the workers alone. Difference: the largest of a loss on the GPU from the workers', relative."
     ]
     columns = ("gpu", "workers", "gpu_ms", "workers_ms", "difference")
-    trainings = found.get("trainings", [])
+    recorded = [(training, all(map(is_trained, training["stages"]))) for training in found.get("trainings", [])]
+    trainings = [training for training, is_whole in recorded if is_whole]
+    failed = [training for training, is_whole in recorded if not is_whole]
     rows = (
         (training["with"], number, *(stage[column] for column in columns))
         for training in trainings
         for number, stage in enumerate(training["stages"], 1)
     )
     lines += table(("with", "stage", "steps: GPU", "workers", "ms a step: GPU", "workers", "difference"), rows)
-    return [*lines, *(f"- {training['with']}: {training['said']}" for training in trainings), ""]
+    lines += [f"- {training['with']}: {training['said']}" for training in trainings]
+    lines += [f"- {training['with']}: not measured, since a stage of the training had no step." for training in failed]
+    return [*lines, ""]
+
+
+def is_trained(stage: dict[str, Any]) -> bool:
+    """Whether a stage of a training in the page has steps; without them its figures are no result."""
+    return stage["gpu"] + stage["workers"] > 0
 
 
 def describe(machine: dict[str, Any]) -> str:

@@ -117,6 +117,7 @@ def test_pages_show_the_numbers_and_the_goals(tmp_path: Path) -> None:
             ],
             "trainings": [
                 {"with": "WebGPU", "said": "Trained in 10 s", "stages": benchmark("gpu_page").stages_of(STEPS)},
+                {"with": "workers", "said": "Trained in 13 s, off by 9.4e-2", "stages": [{"gpu": 0, "workers": 0}]},
             ],
         },
     }
@@ -151,6 +152,8 @@ def test_pages_show_the_numbers_and_the_goals(tmp_path: Path) -> None:
     assert "| WebGPU | 1 | 3 | 2 | 2 |  | 0.25 |" in page
     assert "| WebGPU | 2 | 0 | 2 |  | 7 |  |" in page
     assert "- WebGPU: Trained in 10 s" in page
+    assert "Trained in 13 s" not in page, "a training without steps is no result"
+    assert "- workers: not measured" in page
     assert "compute-sanitizer is not installed" in page
     assert f"| {largest} | 70 |  | 1200 |  | 300 | 150 |" in (tmp_path / "table2.md").read_text()
 
