@@ -3,7 +3,6 @@
 import os
 import zlib
 from collections.abc import Iterator
-from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,11 +10,13 @@ import pytest
 from zopfli.zlib import compress
 
 from mplicits.bake.registry import TARGETS
-from mplicits.model.errors import UserError
-from mplicits.viewer.draw.context import Context, open_osmesa
+from mplicits.viewer.draw.context import Context
+from support import needs
 from support.browser import Visit, chromium, visit
 from support.display import virtual_display
+from support.needs import pytest_terminal_summary  # noqa: F401 (a hook)
 from support.page_pictures import MODEL
+from support.signals import usual_signals  # noqa: F401 (a fixture)
 from support.viewer_fixture import open_viewer  # noqa: F401 (a fixture)
 
 if TYPE_CHECKING:
@@ -56,10 +57,7 @@ def zopfli(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture(scope="session")
 def osmesa() -> Iterator[Context]:
     """A context of software OpenGL, which draws the same on every machine."""
-    try:
-        context = open_osmesa()
-    except UserError as error:
-        pytest.skip(str(error))
+    context = needs.context("osmesa")
     yield context
     context.release()
 
@@ -67,11 +65,7 @@ def osmesa() -> Iterator[Context]:
 @pytest.fixture(scope="session")
 def xvfb() -> Iterator[dict[str, str]]:
     """The environment of a process that may open windows, which appear on a display made for the tests."""
-    with ExitStack() as stack:
-        try:
-            environment = stack.enter_context(virtual_display())
-        except OSError as error:
-            pytest.skip(str(error))
+    with virtual_display() as environment:
         yield environment
 
 

@@ -14,8 +14,8 @@ HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
 PATH = re.compile(r"`((?:[\w.]+/)+[\w.]*)`")
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "model").rglob("*.md")])
 README = (ROOT / "README.md").read_text("utf-8")
-OUTSIDE = ("image/", "images/", "mask/", "masks/", "sparse/", "models/", "out/", "shapes/", "Shaders/")
-"""Folders in the docs that belong to users, not to the repository."""
+OUTSIDE = ("image/", "images/", "mask/", "masks/", "sparse/", "models/", "out/", "shapes/", "Shaders/", "../")
+"""Folders in the docs that belong to users or lie beside the repository."""
 
 
 def anchors(page: Path) -> set[str]:

@@ -1,7 +1,6 @@
 """The scripts in examples/ run, each in a folder of its own."""
 
 import ast
-import importlib.util
 import os
 import subprocess
 import sys
@@ -9,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from support import needs
 from support.paths import ROOT
 
 SCRIPTS = sorted((ROOT / "examples").glob("*.py"))
@@ -26,8 +26,7 @@ def packages(script: Path) -> set[str]:
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
 def test_example_runs(script: Path, tmp_path: Path) -> None:
     for package in packages(script):
-        if importlib.util.find_spec(package) is None:
-            pytest.skip(f"{package} is not installed")
+        needs.package(package)
     environment = {**os.environ, "OMP_NUM_THREADS": "1"}  # waiting threads take the time of other tests
     done = subprocess.run(
         [sys.executable, str(script)], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False

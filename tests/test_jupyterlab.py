@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from mplicits.model.model_file import save
+from support import needs
 from support.browser import PATIENCE
 from support.random_model import random_model
 
@@ -30,8 +31,8 @@ PANEL = ".jp-WindowedPanel-outer"
 @pytest.fixture(scope="module")
 def notebook(tmp_path_factory: pytest.TempPathFactory) -> Any:
     """An executed notebook of twenty cells with a different model each."""
-    nbformat = pytest.importorskip("nbformat")
-    nbclient = pytest.importorskip("nbclient", reason="nbclient is not installed (pip: nbclient)")
+    nbformat = needs.package("nbformat")
+    nbclient = needs.package("nbclient")
     folder = tmp_path_factory.mktemp("models")
     for i in range(COUNT):
         save(random_model((4, 0), name=f"number {i}", seed=i), folder / f"{i}.safetensors")
@@ -46,8 +47,8 @@ def notebook(tmp_path_factory: pytest.TempPathFactory) -> Any:
 @pytest.fixture(scope="module")
 def lab(notebook: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, Path]]:
     """JupyterLab with the notebook: its address, and the folder of its signatures."""
-    pytest.importorskip("jupyterlab", reason="JupyterLab is not installed (pip: jupyterlab)")
-    nbformat = pytest.importorskip("nbformat")
+    needs.package("jupyterlab")
+    nbformat = needs.package("nbformat")
     folder = tmp_path_factory.mktemp("lab")
     work, runtime = folder / "work", folder / "runtime"
     work.mkdir()
@@ -120,7 +121,7 @@ def test_an_untrusted_notebook_shows_pictures(opened: tuple["Page", list[str]], 
 
 
 def test_twenty_models_in_jupyterlab(opened: tuple["Page", list[str]], lab: tuple[str, Path], notebook: Any) -> None:
-    notary = pytest.importorskip("nbformat.sign").NotebookNotary(data_dir=str(lab[1]))
+    notary = needs.package("nbformat.sign").NotebookNotary(data_dir=str(lab[1]))
     notary.sign(notebook)
     notary.store.close()
     page, console = opened
@@ -147,7 +148,7 @@ def test_twenty_models_in_jupyterlab(opened: tuple["Page", list[str]], lab: tupl
 
 
 def test_nbconvert_s_page_is_live(browser: "Browser", notebook: Any, tmp_path: Path) -> None:
-    nbconvert = pytest.importorskip("nbconvert", reason="nbconvert is not installed (pip: nbconvert)")
+    nbconvert = needs.package("nbconvert")
     text, _ = nbconvert.HTMLExporter().from_notebook_node(notebook)
     (tmp_path / "page.html").write_text(text, encoding="utf-8")
     context = browser.new_context(offline=True, device_scale_factor=0.2, viewport={"width": 900, "height": 600})
@@ -168,7 +169,7 @@ def test_nbconvert_s_page_is_live(browser: "Browser", notebook: Any, tmp_path: P
 
 
 def test_latex_contains_the_pictures(notebook: Any) -> None:
-    nbconvert = pytest.importorskip("nbconvert", reason="nbconvert is not installed (pip: nbconvert)")
+    nbconvert = needs.package("nbconvert")
     text, kept = nbconvert.LatexExporter().from_notebook_node(notebook)
     pictures = [data for name, data in kept["outputs"].items() if name.endswith(".png")]
     assert len(pictures) == COUNT

@@ -2,7 +2,6 @@
 
 import importlib
 import json
-import shutil
 import subprocess
 import sys
 import tarfile
@@ -12,6 +11,7 @@ from typing import Any
 import pytest
 from PIL import Image
 
+from support import needs
 from support.paths import ROOT
 
 CASES: dict[str, tuple[float, str]] = {
@@ -160,9 +160,7 @@ def test_pages_show_the_numbers_and_the_goals(tmp_path: Path) -> None:
 
 def test_a_browser_is_driven_through_a_pipe(tmp_path: Path) -> None:
     """It waits for promises, runs a script before the page's own, and passes errors on; its end is one."""
-    program, gpu_browser = shutil.which("chromium"), benchmark("gpu_browser")
-    if program is None:
-        pytest.skip("Chromium is not installed (Debian: chromium)")
+    program, gpu_browser = needs.program("Chromium"), benchmark("gpu_browser")
     page = tmp_path / "page.html"
     page.write_text("<!doctype html><title>plain</title><script>globalThis.seen = globalThis.early;</script>")
     flags = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from mplicits.model.model_file import save
+from support import needs
 from support.fitted_model import fitted_model
 from support.paths import ROOT
 from support.random_model import random_model
@@ -74,7 +75,7 @@ def bare() -> dict[str, str]:
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Installed:
     """The wheel, built from a copy of the source by way of the source archive, and installed."""
-    pytest.importorskip("build")
+    needs.package("build")
     folder = tmp_path_factory.mktemp("packaging")
     source = folder / "source"
     skipped = shutil.ignore_patterns(".*", "out", "build", "dist", "*.egg-info", "__pycache__")
@@ -87,7 +88,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Installed:
     install = pip_into(venv)
     probe = subprocess.run([*install, "numpy"], capture_output=True, text=True, check=False)
     if probe.returncode:
-        pytest.skip(f"pip reaches no package index: {probe.stderr.splitlines()[-1]}")
+        needs.lack("a package index")
     subprocess.run([*install, wheel], check=True, capture_output=True)
     return Installed(wheel, venv)
 

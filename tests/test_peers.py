@@ -12,6 +12,7 @@ from peers_meshes import Triangles, draco, meshopt
 from peers_rows import DRACO, PACKED, Row, bytes_for, fitting, losses, table, verdict
 from peers_surface import Paint, Surface, Truth
 from peers_volumes import texture
+from support import needs
 
 SAMPLES = 20_000
 
@@ -60,7 +61,7 @@ def test_angle_of_flat_faces() -> None:
 
 @pytest.mark.parametrize("coder", ["draco", "meshopt"])
 def test_coded_meshes(coder: str) -> None:
-    pytest.importorskip("DracoPy" if coder == "draco" else "meshoptimizer")
+    needs.package("DracoPy" if coder == "draco" else "meshoptimizer")
     code = draco if coder == "draco" else meshopt
     sphere = trimesh.creation.icosphere(subdivisions=4)
     faces = np.asarray(sphere.faces, np.int64)

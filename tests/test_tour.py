@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from support import needs
 from support.paths import ROOT
 
 pytestmark = pytest.mark.slow
@@ -20,8 +21,8 @@ LARGEST = 100_000
 @pytest.fixture(scope="module")
 def tour(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any]:
     """The notebook after all cells ran: its file and its content."""
-    nbclient = pytest.importorskip("nbclient", reason="nbclient is not installed (pip: nbclient)")
-    nbformat = pytest.importorskip("nbformat")
+    nbclient = needs.package("nbclient")
+    nbformat = needs.package("nbformat")
     notebook = nbformat.read(TOUR, as_version=4)
     folder = tmp_path_factory.mktemp("tour")
     nbclient.NotebookClient(notebook, timeout=300, resources={"metadata": {"path": str(folder)}}).execute()

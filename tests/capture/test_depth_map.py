@@ -15,6 +15,7 @@ from PIL import Image
 from mplicits.capture.depth_map import read_depth, step_of
 from mplicits.capture.intrinsics import Intrinsics, of_file, of_photograph, of_view
 from mplicits.model.errors import UserError
+from support import needs
 
 METERS = np.linspace(0.5, 3.0, 12 * 16).reshape(12, 16)
 
@@ -23,7 +24,7 @@ def exr(channel: str) -> Callable[[Path, NDArray[np.float64]], None]:
     """Return a writer of EXR files with one channel."""
 
     def write(path: Path, depth: NDArray[np.float64]) -> None:
-        openexr = pytest.importorskip("OpenEXR")
+        openexr = needs.package("OpenEXR")
         header = {"compression": openexr.ZIP_COMPRESSION, "type": openexr.scanlineimage}
         openexr.File(header, {channel: depth.astype(np.float32)}).write(str(path))
 
@@ -136,7 +137,7 @@ def test_16_bits_of_three_channels_are_not_cut_to_8(tmp_path: Path) -> None:
     ],
 )
 def test_a_color_or_a_vector_is_no_depth(names: str, channel: str | None, tmp_path: Path) -> None:
-    openexr = pytest.importorskip("OpenEXR")
+    openexr = needs.package("OpenEXR")
     channels = {name: (METERS + k).astype(np.float32) for k, name in enumerate(names.split())}
     header = {"compression": openexr.ZIP_COMPRESSION, "type": openexr.scanlineimage}
     openexr.File(header, channels).write(str(tmp_path / "d.exr"))

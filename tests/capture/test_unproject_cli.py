@@ -12,6 +12,7 @@ from PIL import Image
 from mplicits import cli
 from mplicits.model import memory
 from mplicits.trainer.shapes.load import load_shape
+from support import needs
 
 SIDE = 64
 
@@ -111,8 +112,8 @@ def test_bad_input_is_one_line(argv: tuple[str, ...], said: str, capsys: pytest.
 @pytest.mark.slow
 def test_a_network_estimates_the_depth_of_a_photograph(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A tiny Depth Anything with random weights, saved like the real ones."""
-    transformers = pytest.importorskip("transformers")
-    torch = pytest.importorskip("torch")
+    transformers = needs.package("transformers")
+    torch = needs.package("torch")
     torch.manual_seed(0)
     backbone = transformers.Dinov2Config(
         hidden_size=16, num_hidden_layers=2, num_attention_heads=2, image_size=56, patch_size=14, apply_layernorm=True,
@@ -143,7 +144,7 @@ def test_a_network_estimates_the_depth_of_a_photograph(folder: Path, capsys: pyt
 @pytest.mark.slow
 @pytest.mark.usefixtures("folder")
 def test_a_bad_estimator_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("transformers")
+    needs.package("transformers")
     Path("empty").mkdir()
     assert cli.main(["unproject", "--estimate", "photo.png", "--estimator", "empty", "-o", "c.ply"]) == 2
     err = capsys.readouterr().err
@@ -158,7 +159,7 @@ def test_an_estimator_runs_no_code_of_its_own(
     file: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Its configuration names a Python file beside it; somebody would answer every question with yes."""
-    pytest.importorskip("transformers")
+    needs.package("transformers")
     Path("theirs").mkdir()
     names = ("AutoConfig", "AutoModelForDepthEstimation", "AutoImageProcessor")
     own = {"model_type": "their_own", "auto_map": dict.fromkeys(names, "theirs.Theirs")}
@@ -236,7 +237,7 @@ def test_depths_at_the_edges_are_one_line(more: tuple[str, ...], said: str, caps
 
 
 def test_a_library_in_c_says_nothing_beside_the_error(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    openexr = pytest.importorskip("OpenEXR")
+    openexr = needs.package("OpenEXR")
     header = {"compression": openexr.ZIP_COMPRESSION, "type": openexr.scanlineimage}
     depth = np.random.default_rng(0).random((64, 64)).astype(np.float32)
     openexr.File(header, {"Z": depth}).write("d.exr")

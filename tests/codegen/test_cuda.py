@@ -1,7 +1,6 @@
 """The text of the CUDA file; nvcc compiles it, and a GPU draws with it."""
 
 import json
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from mplicits.codegen.targets import cuda, cuda_cells
 from mplicits.codegen.targets.cuda import standalone
 from mplicits.codegen.targets.cuda_tables import c_string
 from mplicits.model.errors import UserError
+from support import needs
 from support.golden_text import check_golden
 from support.paths import GOLDEN
 from support.random_model import random_model
@@ -26,11 +26,11 @@ def compile_for(architecture: str, source: Path) -> Path:
 
     Skips the test where nvcc is missing or does not know the architecture.
     """
-    if shutil.which("nvcc") is None:
-        pytest.skip("nvcc is not installed (CUDA toolkit)")
-    known = subprocess.run(["nvcc", "--list-gpu-code"], capture_output=True, text=True, check=True).stdout.split()
+    known = subprocess.run(
+        [needs.program("nvcc"), "--list-gpu-code"], capture_output=True, text=True, check=True
+    ).stdout.split()
     if architecture != "native" and architecture not in known:
-        pytest.skip(f"this nvcc does not know {architecture}")
+        needs.lack(f"an nvcc that knows {architecture}")
     flags = ["-O3", f"-arch={architecture}", "-Werror", "all-warnings"]
     command = ["nvcc", *flags, "-o", str(source.with_suffix("")), str(source)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -121,7 +121,7 @@ def test_nvcc_compiles_a_tiny_model(tiny_program: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(Path("/dev/nvidia0").exists(), reason="this machine has a GPU")
+@pytest.mark.skipif(Path("/dev/nvidia0").exists(), reason="needs a machine without a GPU")
 def test_without_a_gpu_the_program_prints_one_line(tiny_program: Path) -> None:
     done = subprocess.run([tiny_program], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)

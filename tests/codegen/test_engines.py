@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import mplicits
+from support import needs
 from support.browser import PATIENCE, listen
-from support.compilers import check_hlsl, need
+from support.compilers import check_hlsl
 from support.engine_pictures import DISTANCE, FOV, SIDE, assert_shows, documented
+from support.module_pages import three_js
 from support.paths import DEMO
 
 if TYPE_CHECKING:
@@ -23,7 +25,6 @@ if TYPE_CHECKING:
 
 FIELD = mplicits.load(DEMO)
 BACKGROUND = 77
-THREE = Path("/usr/share/javascript/three/three.min.js")
 OLDER_GODOT = {
     "MODEL_MATRIX": "WORLD_MATRIX",
     "CAMERA_POSITION_WORLD": "CAMERA_MATRIX[3].xyz",
@@ -77,7 +78,7 @@ def pixels(path: Path) -> NDArray[np.uint8]:
 
 @pytest.mark.slow
 def test_godot_draws_the_model(xvfb: dict[str, str], tmp_path: Path) -> None:
-    need("godot3", "godot3")
+    needs.program("Godot")
     text = documented("Godot")
     for name, older in OLDER_GODOT.items():
         assert name in text
@@ -94,9 +95,7 @@ def test_godot_draws_the_model(xvfb: dict[str, str], tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_three_js_draws_the_model(browser: "Browser", tmp_path: Path) -> None:
-    if not THREE.exists():
-        pytest.skip("three.js is not installed (Debian: libjs-three)")
-    shutil.copy(THREE, tmp_path)
+    shutil.copy(three_js(), tmp_path)
     (tmp_path / "text.js").write_text(f"const spotGlsl = {json.dumps(FIELD.bake('glsl', name='spot'))};\n")
     (tmp_path / "page.html").write_text(PAGE.replace("SNIPPET", documented("A material of three.js")))
     context = browser.new_context(offline=True)
@@ -113,7 +112,7 @@ def test_three_js_draws_the_model(browser: "Browser", tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_blender_moves_a_mesh_to_the_surface(tmp_path: Path) -> None:
-    need("blender", "blender and python3-numpy")
+    needs.program("Blender")
     FIELD.bake("python", tmp_path / "spot.py", name="spot")
     (tmp_path / "text.py").write_text(documented("Blender"))
     (tmp_path / "run.py").write_text(f"""
@@ -148,7 +147,7 @@ def test_the_text_for_an_hlsl_engine_compiles(engine: str, tmp_path: Path) -> No
 
 
 def test_a_cpp_program_links_the_c_text(tmp_path: Path) -> None:
-    need("g++", "g++")
+    needs.program("g++")
     lines = documented("C, C++, Rust, Zig, ...").splitlines()
     compiles = [line.partition("&& ")[2] for line in lines if "&&" in line]
     declared = [line for line in lines if line.startswith("extern")]

@@ -12,13 +12,14 @@ from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.loop_limit import schedule_that_fits
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
+from support import needs
 from support.random_model import random_model
 
 
 def test_llvmpipe_stops_at_the_loop_limit(osmesa: Context) -> None:
     """A loop beyond the limit ends early without an error, which is why `schedule_that_fits` exists."""
     if not osmesa.software:
-        pytest.skip("hardware behind OSMesa")
+        needs.lack("OSMesa in software")
     with osmesa as gl:
         program = gl.program(
             vertex_shader=VERTEX_SHADER,

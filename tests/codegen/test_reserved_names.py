@@ -16,7 +16,8 @@ from mplicits.codegen.targets.function_target import function_name
 from mplicits.codegen.targets.reserved_names import RESERVED, is_reserved
 from mplicits.model.errors import UserError
 from mplicits.model.model_file import save
-from support.compilers import ES, check_c, check_glsl, check_hlsl, need, webgpu
+from support import needs
+from support.compilers import ES, check_c, check_glsl, check_hlsl, webgpu
 from support.random_model import random_model
 
 INSIDE = set(
@@ -57,7 +58,7 @@ def test_a_reserved_name_is_refused(target: str, name: str) -> None:
 
 def test_c_reserves_all_functions_of_its_headers(tmp_path: Path) -> None:
     """GCC lists the functions that C11's headers declare, and those of the GNU math.h."""
-    need("gcc", "gcc")
+    needs.program("gcc")
     for standard, headers in (("c11", STANDARD_HEADERS), ("gnu17", ["math"])):
         (tmp_path / "headers.c").write_text("".join(f"#include <{header}.h>\n" for header in headers))
         command = ["gcc", f"-std={standard}", "-fsyntax-only", "-aux-info", "names.txt", "headers.c"]
@@ -68,7 +69,7 @@ def test_c_reserves_all_functions_of_its_headers(tmp_path: Path) -> None:
 
 
 def test_c_reserves_all_macros_of_its_headers(tmp_path: Path) -> None:
-    need("gcc", "gcc")
+    needs.program("gcc")
     headers = [*STANDARD_HEADERS, *FURTHER_HEADERS]
     (tmp_path / "headers.c").write_text("".join(f"#include <{header}.h>\n" for header in headers))
     command = ["gcc", "-std=c11", "-dM", "-E", "headers.c"]
@@ -83,7 +84,7 @@ def test_c_reserves_all_macros_of_its_headers(tmp_path: Path) -> None:
 @pytest.mark.parametrize("standard", ["c++11", "gnu++20"])
 def test_c_reserves_what_its_header_declares_in_cpp(standard: str) -> None:
     """There <math.h> includes <stdlib.h>. Every other word of the headers may be the name of the function."""
-    need("g++", "g++")
+    needs.program("g++")
     command = ["g++", f"-std={standard}", "-x", "c++", "-w", "-"]
     include = "#include <math.h>\n"
 

@@ -13,9 +13,10 @@ from mplicits.ir.lower import lower
 from mplicits.ir.program import Affine, Dot, Function, Op, Product, Sine
 from mplicits.model.model import Model, Network
 from oracles.well_formed import check
+from support import needs
 from support.random_model import random_model
 
-torch = pytest.importorskip("torch", reason="torch is the oracle of these tests")
+torch = needs.package("torch")
 
 SHAPES = (((64, 1), (64, 2)), ((10, 1), (7, 0), (33, 2)))
 

@@ -10,6 +10,7 @@ from mplicits.mesher.extract import extract_model
 from mplicits.model import gallery
 from mplicits.model.model import Model
 from mplicits.model.model_file import load
+from support import needs
 from support.nested import same_vertices
 from support.paths import DATA
 
@@ -23,7 +24,7 @@ def test_culling_keeps_all_vertices_of_a_good_model(name: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not ARMADILLO.is_file(), reason="no armadillo.ply; MPLICITS_DATA names the folder of the meshes")
+@needs.data(ARMADILLO)
 def test_culling_keeps_all_vertices_of_a_rough_model(tmp_path: Path) -> None:
     path = tmp_path / "m.safetensors"
     argv = ["train", str(ARMADILLO), "-o", str(path), "--levels", "64x1,64x2", "--steps", "200,300", "--quiet"]

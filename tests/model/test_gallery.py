@@ -19,6 +19,7 @@ from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Doubles, Shape, SurfacePoints
 from mplicits.viewer.cli import RenderCommand, ViewCommand
 from mplicits.viewer.draw.camera import Camera
+from support import needs
 from support.paths import DATA
 from support.random_model import random_model
 
@@ -28,15 +29,13 @@ NAMES = [name + size for name in ("spot", "bob") for size in SIZES]
 MESHES = {"spot": "spot.obj", "bob": "bob_tri.obj"}
 MOVING = "spot-to-bob"
 MOST = 1_500_000
+TEXTURED = DATA / "textured"
 
 
 @cache
 def curved_shape(file: str) -> Shape:
-    """Load a mesh as `train` does. Skips the test if the file is missing."""
-    path = DATA / "textured" / file
-    if not path.exists():
-        pytest.skip(f"{file} is not in MPLICITS_DATA")
-    return load_shape(str(path), crease=CREASE)[0]
+    """Load a mesh as `train` does."""
+    return load_shape(str(TEXTURED / file), crease=CREASE)[0]
 
 
 def assert_near(
@@ -72,6 +71,7 @@ def test_models_are_textured_and_say_where_they_come_from(name: str) -> None:
     assert all(word in text for word in ("Keenan Crane", "CC0"))
 
 
+@needs.data(TEXTURED)
 @pytest.mark.parametrize("name", NAMES)
 def test_models_are_the_meshes_and_their_colors(name: str) -> None:
     shape = curved_shape(MESHES[name.partition("-")[0]])
@@ -82,6 +82,7 @@ def test_models_are_the_meshes_and_their_colors(name: str) -> None:
     assert_near(model, surface, (points - model.center) / model.scale, exact=not name.endswith("small"))
 
 
+@needs.data(TEXTURED)
 @pytest.mark.parametrize("time", [0.0, 1.0])
 def test_the_motion_goes_from_one_mesh_to_the_other(time: float) -> None:
     model = load(gallery.model_path(MOVING))

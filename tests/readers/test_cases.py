@@ -20,10 +20,11 @@ from mplicits.model.errors import UserError
 from mplicits.model.srgb import to_srgb
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Doubles, Shape
+from support import needs
 from support.ball_training import train
 from support.paths import CASES
 
-pytestmark = pytest.mark.skipif(not CASES.is_dir(), reason=f"{CASES} is not there (MPLICITS_DATA)")
+pytestmark = needs.data(CASES)
 RADII = np.array((1.0, 0.7, 0.5))
 """Of the ellipsoid that most files hold, along x, y and z."""
 NO_IMAGE = "texture coordinates, but no readable image"

@@ -13,6 +13,7 @@ from mplicits import cli
 from mplicits.model.errors import UserError
 from mplicits.readers.content import Cloud, Mesh
 from mplicits.readers.read import read_shape
+from support import needs
 from support.written_glb import Glb
 from support.written_shapes import CORNERS, QUADS
 
@@ -44,7 +45,7 @@ def test_meshes_by_trimesh(tmp_path: Path, ending: str) -> None:
 
 
 def test_pcd(tmp_path: Path) -> None:
-    pypcd4: Any = pytest.importorskip("pypcd4", reason="extra formats")
+    pypcd4: Any = needs.package("pypcd4")
     bits = (np.round(COLORS * 255).astype(np.uint32) << np.array([16, 8, 0], np.uint32)).sum(axis=1, dtype=np.uint32)
     columns = np.column_stack((POINTS.astype(np.float32), bits.view(np.float32)))
     cloud = pypcd4.PointCloud.from_xyzrgb_points(columns)
@@ -55,8 +56,8 @@ def test_pcd(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("ending", "top"), [("las", 65535), ("laz", 65535), ("las", 255)])
 def test_las(tmp_path: Path, ending: str, top: int) -> None:
-    laspy: Any = pytest.importorskip("laspy", reason="extra formats")
-    pytest.importorskip("lazrs", reason="extra formats")
+    laspy: Any = needs.package("laspy")
+    needs.package("lazrs")
     las = laspy.create(point_format=2)
     las.header.scales, las.header.offsets = (1e-7,) * 3, (0, 0, 0)
     las.x, las.y, las.z = POINTS.T
@@ -66,7 +67,7 @@ def test_las(tmp_path: Path, ending: str, top: int) -> None:
 
 
 def test_e57(tmp_path: Path) -> None:
-    pye57: Any = pytest.importorskip("pye57", reason="extra formats")
+    pye57: Any = needs.package("pye57")
     file = pye57.E57(str(tmp_path / "a.e57"), mode="w")
     colors = np.round(COLORS * 255).astype(np.uint8)
     data = {f"cartesian{axis}": POINTS[:, k] for k, axis in enumerate("XYZ")}
@@ -76,7 +77,7 @@ def test_e57(tmp_path: Path) -> None:
 
 
 def test_draco(tmp_path: Path) -> None:
-    draco: Any = pytest.importorskip("DracoPy", reason="extra formats")
+    draco: Any = needs.package("DracoPy")
     glb = Glb()
     data = draco.encode(CORNERS.astype(np.float32), TRIANGLES.astype(np.uint32), quantization_bits=16)
     mesh = draco.decode(data)
@@ -90,7 +91,7 @@ def test_draco(tmp_path: Path) -> None:
 
 
 def test_meshopt(tmp_path: Path) -> None:
-    meshopt: Any = pytest.importorskip("meshoptimizer", reason="extra formats")
+    meshopt: Any = needs.package("meshoptimizer")
     glb = Glb()
     views = []
     vertices = meshopt.encode_vertex_buffer(CORNERS.astype(np.float32), 8, 12)

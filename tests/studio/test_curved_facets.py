@@ -13,6 +13,7 @@ from mplicits.studio.page import WORKER, script
 from mplicits.trainer.options import CREASE
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.mesh import MeshShape
+from support import needs
 from support.page_scripts import BYTES
 from support.paths import DATA
 from support.studio_files import files_at
@@ -202,12 +203,12 @@ def test_the_gear_of_the_page(page: "Page", tmp_path: Path) -> None:
     assert_facets_are_python_s(page, tmp_path / "a.obj")
 
 
-@pytest.mark.skipif(not SPOT.is_file(), reason=f"{SPOT} is not there (MPLICITS_DATA)")
+@needs.data(SPOT)
 def test_spot_has_python_s_facets_and_colors(page: "Page") -> None:
     assert_facets_are_python_s(page, SPOT)
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not BUNNY.is_file(), reason=f"{BUNNY} is not there (MPLICITS_DATA)")
+@needs.data(BUNNY)
 def test_the_bunny_has_python_s_facets(page: "Page") -> None:
     assert_facets_are_python_s(page, BUNNY)

@@ -11,6 +11,7 @@ import trimesh
 from mplicits.studio.compile import SOURCE
 from mplicits.studio.page import TRAINER, WORKER, kernel, script
 from mplicits.trainer.config import MiningConfig, StepConfig, TrainingConfig
+from support import needs
 from support.ball_training import QUICK
 from support.page_scripts import BYTES, packed, run
 
@@ -75,7 +76,7 @@ def page(browser: "Browser", tmp_path: Path) -> "Page":
     page.goto(path.as_uri())
     page.evaluate(BYTES)
     if not page.evaluate("async () => Boolean(await navigator.gpu?.requestAdapter())"):
-        pytest.skip("this Chromium has no WebGPU")
+        needs.lack("WebGPU in Chromium")
     return page
 
 

@@ -1,7 +1,6 @@
 """The WebAssembly kernel in another runtime than a browser's (Wasmtime), against torch in 64 bits."""
 
 from pathlib import Path
-from shutil import which
 
 import numpy as np
 import pytest
@@ -11,7 +10,7 @@ from torch import Tensor
 
 from mplicits.studio.compile import SOURCE, compile_kernel
 from mplicits.trainer.networks.muon import ITERATIONS, orthogonal
-from support import training_steps
+from support import needs, training_steps
 from support.training_steps import COUNT, ON, SMOOTHNESS, WEIGHT, assert_near, level_samples, network, texture_samples
 
 KERNEL = SOURCE.with_suffix(".wasm")
@@ -78,9 +77,10 @@ def test_the_level_step_equals_autograd(width: int, depth: int) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not (which("clang") and which("wasm-ld")), reason="clang and lld are not installed")
 def test_the_compiled_kernel_is_that_of_the_source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The same compiler makes the same bytes; another one makes the same numbers."""
+    needs.program("clang")
+    needs.program("lld")
     compile_kernel(tmp_path / "siren.wasm")
     if (tmp_path / "siren.wasm").read_bytes() != KERNEL.read_bytes():
         monkeypatch.setattr(f"{__name__}.KERNEL", tmp_path / "siren.wasm")

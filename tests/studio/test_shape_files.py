@@ -14,6 +14,7 @@ from PIL import Image
 from mplicits.readers.content import Mesh
 from mplicits.readers.read import read_shape
 from mplicits.readers.tidy import tidy
+from support import needs
 from support.paths import CASES, DATA
 from support.studio_files import Reader, files_at, points_of, shape_reader
 
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
 SPOT = DATA / "textured" / "spot.obj"
-needs_cases = pytest.mark.skipif(not CASES.is_dir(), reason=f"{CASES} is not there (MPLICITS_DATA)")
+needs_cases = needs.data(CASES)
 RADII = np.array([1.0, 0.7, 0.5])
 """Half axes of the ellipsoid of the cases, whose color is 0.5 + 0.4 (x/a, y/b, z/c)."""
 
@@ -82,7 +83,7 @@ def test_the_colors_of_an_image_are_python_s(kind: str, read: Reader, tmp_path: 
     assert_colors_are_python_s(found, path)
 
 
-@pytest.mark.skipif(not SPOT.is_file(), reason=f"{SPOT} is not there (MPLICITS_DATA)")
+@needs.data(SPOT)
 def test_the_colors_of_spot_are_python_s(read: Reader) -> None:
     found = read(files_at(SPOT, SPOT.with_suffix(".mtl"), SPOT.with_name("spot_texture.png")))
     assert found["notes"] == ["5,856 triangles, texture 1024 x 1024"]

@@ -19,6 +19,7 @@ from mplicits.readers.read import read_shape
 from mplicits.readers.tidy import tidy
 from mplicits.studio.page import WORKER, script
 from mplicits.trainer.shapes.mesh import MeshShape
+from support import needs
 from support.paths import DATA
 
 if TYPE_CHECKING:
@@ -170,7 +171,7 @@ def assert_distances_are_python_s(page: "Page", path: Path, count: int) -> None:
     assert np.all(np.abs(exact - 0.5) < 0.02)
 
 
-@pytest.mark.skipif(not SMALL.exists(), reason=f"{SMALL} is not there (MPLICITS_DATA)")
+@needs.data(SMALL)
 def test_signed_distances_are_python_s(page: "Page") -> None:
     assert_distances_are_python_s(page, SMALL, 20_000)
 

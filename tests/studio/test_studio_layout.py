@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from mplicits.model.model_file import load
+from support import needs
 from support.browser import PATIENCE, Visit, visit
 from support.studio_visit import ball, ready, save, write_page
 
@@ -44,7 +45,7 @@ FOCUSED = """() => {
 
 def violations(visited: Visit) -> list[str]:
     """Return the violations that axe-core finds in the current page, including its best practices."""
-    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe-playwright-python is not installed")
+    axe = needs.package("axe_playwright_python.sync_playwright")
     found: list[dict[str, Any]] = axe.Axe().run(visited.page).response["violations"]
     return [f"{one['id']}: {node['html']}" for one in found for node in one["nodes"]]
 

@@ -2,7 +2,6 @@
 
 import io
 import os
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -10,9 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 from PIL import Image
+
+from support import needs
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -41,10 +41,8 @@ _FOLLOW = """hash => new Promise(done => {
 @contextmanager
 def chromium(driver: str = "SwiftShader") -> Iterator["Browser"]:
     """Start Debian's Chromium, headless, on one of DRIVERS. Skips the test where it or Playwright is not installed."""
-    sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed (pip: playwright)")
-    path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    if path is None:
-        pytest.skip("Chromium is not installed (Debian: chromium)")
+    sync_api = needs.package("playwright.sync_api")
+    path = needs.program("Chromium")
     with sync_api.sync_playwright() as playwright:
         flags = ["--use-gl=angle", f"--use-angle={DRIVERS[driver]}"]
         flags += ["--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]

@@ -1,32 +1,25 @@
 """Compilers that check generated texts. A test skips where its compiler is missing."""
 
-import shutil
 import subprocess
 from pathlib import Path
 from typing import Any
 
-import pytest
+from support import needs
 
 ES = "#version 300 es\nprecision highp float; precision highp int;\n"
 """First lines of GLSL ES 3.00."""
 
 
-def need(program: str, package: str) -> None:
-    """Skip the test where a program is not installed. package: its Debian package."""
-    if shutil.which(program) is None:
-        pytest.skip(f"{program} is not installed (Debian: {package})")
-
-
 def check_glsl(text: str, folder: Path) -> None:
     """Compile a fragment shader with glslang."""
-    need("glslangValidator", "glslang-tools")
+    needs.program("glslang")
     (folder / "shader.frag").write_text(text)
     _check(["glslangValidator", "shader.frag"], folder)
 
 
 def check_hlsl(text: str, folder: Path, stage: str = "frag") -> bytes:
     """Compile HLSL with the entry point main. Returns SPIR-V."""
-    need("glslangValidator", "glslang-tools")
+    needs.program("glslang")
     (folder / "shader.hlsl").write_text(text)
     _check(["glslangValidator", "-D", "-V", "-e", "main", "-S", stage, "shader.hlsl", "-o", "shader.spv"], folder)
     return (folder / "shader.spv").read_bytes()
@@ -34,19 +27,19 @@ def check_hlsl(text: str, folder: Path, stage: str = "frag") -> bytes:
 
 def check_c(text: str, folder: Path, *flags: str) -> None:
     """Compile C with all warnings as errors."""
-    need("gcc", "gcc")
+    needs.program("gcc")
     (folder / "text.c").write_text(text)
     _check(["gcc", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "text.c", "-lm", *flags], folder)
 
 
 def webgpu() -> Any:
     """Return a WebGPU device."""
-    utils = pytest.importorskip("wgpu.utils", reason="wgpu is not installed (pip: wgpu-shadertoy)")
+    utils = needs.package("wgpu.utils")
     try:
         return utils.get_default_device()
     except RuntimeError as error:
         if "adapter" in str(error).lower():
-            pytest.skip("no Vulkan driver (Debian: mesa-vulkan-drivers)")
+            needs.lack("a driver of Vulkan")
         raise
 
 

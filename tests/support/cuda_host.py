@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from mplicits.codegen.targets.cuda import standalone
 from mplicits.model.model import Model
-from support.compilers import need
+from support import needs
 
 SHIM = Path(__file__).parent / "cuda_on_host"
 
@@ -19,7 +19,7 @@ def build(model: Model, folder: Path, probe: bool = False) -> Path:
     probe: compile probe.cu around it, which evaluates the networks at points (see `evaluate`). Skips the test without
     g++.
     """
-    need("g++", "g++")
+    needs.program("g++")
     source, program = folder / "model.cu", folder / "model"
     source.write_text(standalone(model), encoding="utf-8")
     flags = [

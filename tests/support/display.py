@@ -1,33 +1,30 @@
 """A virtual display, Xvfb, for tests of windows."""
 
 import os
-import shutil
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-MISSING = "Xvfb is not installed (Debian: xvfb)"
+from support import needs
 
 
 @contextmanager
 def virtual_display(size: str = "640x480", folder: Path | None = None) -> Iterator[dict[str, str]]:
-    """Yield the environment of a process that opens windows. Raises OSError if Xvfb is missing or does not start.
+    """Yield the environment of a process that opens windows. Skips the test without Xvfb.
 
     size: of the screen, WIDTHxHEIGHT in pixels. folder: where its pixels are kept, in Xvfb_screen0; None: nowhere.
     """
-    if shutil.which("Xvfb") is None:
-        raise OSError(MISSING)
+    program = needs.program("Xvfb")
     read, write = os.pipe()
-    arguments = ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{size}x24", "-nolisten", "tcp"]
+    arguments = [program, "-displayfd", str(write), "-screen", "0", f"{size}x24", "-nolisten", "tcp"]
     arguments += [] if folder is None else ["-fbdir", str(folder)]
     server = subprocess.Popen(arguments, pass_fds=[write], stderr=subprocess.DEVNULL)
     os.close(write)
     try:
         with os.fdopen(read) as pipe:
             number = pipe.readline().strip()
-        if not number:
-            raise OSError("Xvfb does not start")
+        assert number, "Xvfb does not start"
         yield {**os.environ, "DISPLAY": f":{number}"}
     finally:
         server.terminate()

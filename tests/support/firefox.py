@@ -5,7 +5,6 @@ Marionette is Firefox's own remote protocol: each message is its length in bytes
 """
 
 import json
-import shutil
 import socket
 import subprocess
 import time
@@ -14,7 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import pytest
+from support import needs
 
 PREFERENCES = {
     "marionette.port": 0,
@@ -95,9 +94,7 @@ def firefox(profile: Path, environment: dict[str, str], more: Mapping[str, Any] 
 
     Skips the test if it is not installed.
     """
-    path = shutil.which("firefox-esr") or shutil.which("firefox")
-    if path is None:
-        pytest.skip("Firefox is not installed (Debian: firefox-esr)")
+    path = needs.program("Firefox")
     preferences = PREFERENCES | dict(more) | {"browser.download.folderList": 2, "browser.download.dir": str(profile)}
     lines = [f"user_pref({json.dumps(name)}, {json.dumps(value)});\n" for name, value in preferences.items()]
     (profile / "user.js").write_text("".join(lines))

@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 
 from mplicits.viewer.draw.compile import VERTEX_SHADER
 from mplicits.viewer.draw.context import Context
+from support import needs
 from support.compilers import check_c, check_hlsl, webgpu
 
 Array = NDArray[np.float32]
@@ -46,7 +46,7 @@ void main() {{
 def computed(shader: Any, points: Array) -> Array:
     """Run a compute shader of WebGPU, in WGSL or SPIR-V, at points (COUNT, 3). Returns (COUNT, 8)."""
     webgpu()
-    compute = pytest.importorskip("wgpu.utils.compute")
+    compute = needs.package("wgpu.utils.compute")
     buffers = {0: np.ascontiguousarray(points)}
     out = compute.compute_with_buffers(buffers, {1: (8 * COUNT, "f")}, shader, n=(COUNT // 64, 1, 1))
     return np.frombuffer(out[1], np.float32).reshape(COUNT, 8)

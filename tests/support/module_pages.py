@@ -8,18 +8,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
 import mplicits
 from mplicits.web.module import EXPORTS, standalone
+from support import needs
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
-THREE = Path("/usr/share/javascript/three/three.min.js")
-"""Debian's three.js, release 111."""
 FOV = 40.0
 """Vertical field of view, degrees."""
 SCENE = """
@@ -101,6 +99,12 @@ window.canvases = (id) => of(id).shadowRoot.querySelectorAll("canvas:not(.still)
 """Records the events of a page's elements: [id, type, source]."""
 
 
+def three_js() -> Path:
+    """Return the path of Debian's three.js, release 111. Skips the test where it is not installed."""
+    path = Path("/usr/share/javascript/three/three.min.js")
+    return path if path.exists() else needs.lack("three.js")
+
+
 def module_page(field: mplicits.Field, body: str, script: str = "", more: str = "") -> str:
     """Return a page with the module of a model.
 
@@ -130,12 +134,10 @@ def three_page(field: mplicits.Field, folder: Path, *, cells: int, **setup: Any)
 
     cells: of the meshed copy, along an edge. setup: size, perspective, lit, ground, box, turn.
     """
-    if not THREE.exists():
-        pytest.skip("three.js is not installed (Debian: libjs-three)")
     usual = {"size": 256, "fov": FOV, "perspective": True, "lit": False, "ground": -0.4, "box": [0.5, 0.1, 0.3]}
     script = f"const setup = {json.dumps(usual | {'turn': 0.5} | setup | _meshed(field, cells))};{SCENE}"
     path = folder / "three.html"
-    library = f"<script>{THREE.read_text(encoding='utf-8')}</script>"
+    library = f"<script>{three_js().read_text(encoding='utf-8')}</script>"
     path.write_text(module_page(field, "<canvas></canvas>", script, library), encoding="utf-8")
     return path
 

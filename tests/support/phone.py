@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -110,10 +109,7 @@ def phone_firefox(path: Path, profile: Path) -> Iterator[Phone]:
     host = path.with_name(f"host-of-{path.name}")
     host.write_text(_FRAME.replace("NAME", path.name))
     with ExitStack() as stack:
-        try:
-            environment = stack.enter_context(virtual_display("800x1000"))
-        except OSError as error:
-            pytest.skip(str(error))
+        environment = stack.enter_context(virtual_display("800x1000"))
         tab = stack.enter_context(firefox(profile, environment, PREFERENCES))
         tab.ask("WebDriver:SetWindowRect", {"x": 0, "y": 0, "width": 800, "height": 1000})
         tab.load(host.as_uri())

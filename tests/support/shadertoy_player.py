@@ -1,15 +1,15 @@
 """Another Shadertoy player: wgpu-shadertoy, on Vulkan."""
 
-import importlib.util
 import os
 import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 from PIL import Image
+
+from support import needs
 
 _SCRIPT = """
 import sys
@@ -26,8 +26,7 @@ def player_picture(text: str, size: tuple[int, int], folder: Path, time: float =
 
     folder: for files. time: iTime.
     """
-    if importlib.util.find_spec("wgpu_shadertoy") is None:
-        pytest.skip("wgpu-shadertoy is not installed")
+    needs.package("wgpu_shadertoy")
     (folder / "text.frag").write_text(text)
     player = subprocess.run(
         [sys.executable, "-c", _SCRIPT, "text.frag", "x".join(map(str, size)), "player.png", str(time)],
@@ -39,6 +38,6 @@ def player_picture(text: str, size: tuple[int, int], folder: Path, time: float =
         timeout=600,
     )
     if "adapter" in player.stderr.lower() and player.returncode:
-        pytest.skip("no Vulkan driver (Debian: mesa-vulkan-drivers)")
+        needs.lack("a driver of Vulkan")
     assert player.returncode == 0, player.stderr
     return np.asarray(Image.open(folder / "player.png"), np.int16)

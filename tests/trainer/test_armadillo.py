@@ -10,11 +10,12 @@ from mplicits.trainer.session import train
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.sources import shape_source
 from mplicits.viewer.draw.context import Context
+from support import needs
 from support.dense_views import compare
 from support.paths import DATA
 
 ARMADILLO = DATA / "meshes" / "armadillo.ply"
-needs_data = pytest.mark.skipif(not ARMADILLO.is_file(), reason=f"{ARMADILLO} is not there (MPLICITS_DATA)")
+needs_data = needs.data(ARMADILLO)
 
 
 @needs_data

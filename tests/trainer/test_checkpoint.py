@@ -14,6 +14,7 @@ from mplicits.ir.lower import lower
 from mplicits.model.model import Model, Network
 from mplicits.model.model_file import load
 from mplicits.trainer.checkpoint import read_network
+from support import needs
 from support.fitted_model import fitted_model
 from support.random_model import random_model
 
@@ -76,7 +77,7 @@ def test_an_imported_model_has_the_same_field_and_bands_that_hold_the_surface(
 
 
 def test_a_given_shape_sets_the_model_s_space_and_the_deltas(tmp_path: Path) -> None:
-    trimesh = pytest.importorskip("trimesh")
+    trimesh = needs.package("trimesh")
     ball = trimesh.creation.icosphere(subdivisions=3, radius=3.0)
     ball.apply_translation((1.0, 2.0, 3.0))
     ball.export(tmp_path / "ball.ply")

@@ -12,9 +12,11 @@ from mplicits.trainer.shapes.creases import closed, corner_normals, usable_norma
 from mplicits.trainer.shapes.curved import Facets, curved, flat
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.mesh import MeshShape
+from support import needs
 from support.paths import DATA
 
 SIDES = 24
+SPOT = DATA / "textured" / "spot.obj"
 
 
 def facets_of(mesh: trimesh.Trimesh, crease: float = 30.0) -> Facets:
@@ -115,8 +117,9 @@ def test_no_gap_opens(kind: str) -> None:
     assert trimesh.Trimesh(np.round(facets.vertices, 9), facets.faces, process=True).is_watertight
 
 
+@needs.data(SPOT)
 def test_spot_is_smooth_and_closed() -> None:
-    mesh = trimesh.load_mesh(DATA / "textured" / "spot.obj", process=False)
+    mesh = trimesh.load_mesh(SPOT, process=False)
     mesh.merge_vertices(merge_tex=True, merge_norm=True)
     facets = facets_of(mesh)
     assert trimesh.Trimesh(np.round(facets.vertices, 9), facets.faces, process=True).is_watertight

@@ -14,6 +14,7 @@ from mplicits.mesher.truth import in_model_space, read_mesh
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.orient import estimated_normals
 from mplicits.trainer.shapes.shape import Doubles, SurfacePoints, unit
+from support import needs
 from support.ball_training import SMALL_SETTINGS, train
 from support.paths import DATA
 
@@ -22,7 +23,7 @@ NOISE, OUTLIERS = 0.01, 0.05
 """Standard deviation as a share of Spot's radius; number of outliers as a share of the other points."""
 HARMONIC = 0.28209479
 """The constant spherical harmonic."""
-needs_data = pytest.mark.skipif(not SPOT.is_file(), reason=f"{SPOT} is not there (MPLICITS_DATA)")
+needs_data = needs.data(SPOT)
 
 
 def loose(count: int) -> SurfacePoints:

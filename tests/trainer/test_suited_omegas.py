@@ -16,6 +16,7 @@ from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Shape
 from mplicits.trainer.suited_omegas import bend_of, roughness, suited_omega, with_suited_omegas
+from support import needs
 from support.ball_training import Log, use_quick_config
 from support.paths import DATA
 
@@ -23,6 +24,7 @@ CONFIG = BendConfig()
 BETWEEN = np.sqrt((CONFIG.nearest**2 + CONFIG.farthest**2) / 2)
 """Median distance of neighbors on a plane."""
 SIZES = ((48, 1), (64, 4))
+BUNNY = DATA / "meshes" / "bunny.ply"
 
 
 def test_a_ball_bends_by_the_distance_of_its_points() -> None:
@@ -86,7 +88,7 @@ def test_named_frequencies_stay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         assert made == pytest.approx(omegas, abs=0.051)
 
 
-@pytest.mark.skipif(not DATA.exists(), reason="needs the Stanford meshes")
+@needs.data(BUNNY)
 def test_scans_keep_the_default() -> None:
-    bunny, _ = load_shape(str(DATA / "meshes" / "bunny.ply"), crease=30)
+    bunny, _ = load_shape(str(BUNNY), crease=30)
     assert roughness(bend_of(bunny)) == 1

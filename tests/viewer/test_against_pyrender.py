@@ -17,12 +17,11 @@ from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
+from support import needs
 from support.paths import DATA
 from support.pyrender_mesh import PyrenderMesh
 
-pytest.importorskip("pyrender", reason="pyrender-maintained is not installed")
 SPOT = DATA / "textured" / "spot.obj"
-pytestmark = pytest.mark.skipif(not SPOT.is_file(), reason=f"{SPOT} is not there (MPLICITS_DATA)")
 SIZE = (384, 384)
 CAMERA = Camera(40, 20)
 
@@ -42,6 +41,7 @@ def curved_spot() -> trimesh.Trimesh:
     return trimesh.Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), visual=visual, process=False)
 
 
+@needs.data(SPOT)
 @pytest.mark.slow
 def test_spot_matches_its_mesh_in_silhouette_depth_and_color(osmesa: Context) -> None:
     model = load(model_path("spot-large"))

@@ -20,6 +20,7 @@ from mplicits.viewer.draw import osmesa as osmesa_module
 from mplicits.viewer.draw import shader_cache
 from mplicits.viewer.draw.compile import VERTEX_SHADER
 from mplicits.viewer.draw.context import Context, open_context
+from support import needs
 from support.paths import ROOT, TESTS
 from support.random_model import random_model
 
@@ -45,17 +46,9 @@ class Square:
             return float(np.frombuffer(self.target.read(components=4, dtype="f4"), np.float32)[0])
 
 
-def opened(kind: str) -> Context:
-    """Open a context, or skip the test where this machine has none of the kind."""
-    try:
-        return open_context(kind)
-    except UserError as error:
-        pytest.skip(str(error))
-
-
 @pytest.mark.parametrize("kind", ["osmesa", "egl", "auto"])
 def test_a_context_of_each_kind_draws(kind: str) -> None:
-    context = opened(kind)
+    context = needs.context(kind)
     assert Square(context).draw(0.375) == 0.375
     assert context.renderer
     assert context.kind in ("osmesa", "egl")
@@ -63,7 +56,7 @@ def test_a_context_of_each_kind_draws(kind: str) -> None:
 
 
 def test_contexts_of_two_kinds_alternate_and_nest(osmesa: Context) -> None:
-    squares = [Square(opened(kind)) for kind in ("osmesa", "egl", "osmesa")]
+    squares = [Square(needs.context(kind)) for kind in ("osmesa", "egl", "osmesa")]
     for i in range(3):
         for j, square in enumerate(squares):
             assert square.draw(i + 10 * j) == i + 10 * j
@@ -112,7 +105,7 @@ def test_a_missing_kind_names_what_to_install(kind: str, remedies: list[str]) ->
 
 @pytest.mark.parametrize("missing", ["egl", "osmesa"])
 def test_auto_opens_the_installed_kind(missing: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    opened({"egl": "osmesa", "osmesa": "egl"}[missing]).release()
+    needs.context({"egl": "osmesa", "osmesa": "egl"}[missing]).release()
     if missing == "egl":
         monkeypatch.setattr(contexts, "EGL_LIBRARY", "libEGL-missing.so.1")
     else:
@@ -134,7 +127,7 @@ def test_auto_opens_the_installed_kind(missing: str, monkeypatch: pytest.MonkeyP
 def test_a_library_without_opengl_3_3_is_an_error(
     monkeypatch: pytest.MonkeyPatch, kind: str, module: object, name: str, value: object, message: str
 ) -> None:
-    opened(kind).release()
+    needs.context(kind).release()
     monkeypatch.setattr(module, name, value)
     with pytest.raises(UserError, match=message):
         open_context(kind)
@@ -186,7 +179,7 @@ def test_the_caller_s_own_context_stays_current(kind: str) -> None:
     try:
         own = moderngl.create_context(330, standalone=True, **settings)
     except Exception:  # glcontext raises bare Exception
-        pytest.skip("no EGL")
+        needs.lack("EGL")
     library = ctypes.CDLL("libEGL.so.1")
     library.eglGetCurrentContext.restype = ctypes.c_void_p
     before = library.eglGetCurrentContext()

@@ -12,6 +12,7 @@ from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.rasterizer import Rasterizer
 from mplicits.viewer.draw.triangles import read_triangles
 from mplicits.viewer.state.overlay import MeshSource, Overlay
+from support import needs
 from support.viewer_fixture import AREA, OpenViewer, picture_of, settle
 
 CUBE = """v -.5 -.5 -.5\nv .5 -.5 -.5\nv .5 .5 -.5\nv -.5 .5 -.5\nv -.5 -.5 .5\nv .5 -.5 .5\nv .5 .5 .5\nv -.5 .5 .5
@@ -21,7 +22,7 @@ f 1 3 2\nf 1 4 3\nf 5 6 7\nf 5 7 8\nf 1 2 6\nf 1 6 5\nf 4 7 3\nf 4 8 7\nf 1 5 8\
 @pytest.fixture
 def cube(tmp_path: Path) -> MeshSource:
     """A cube in model space."""
-    pytest.importorskip("trimesh", reason="trimesh is not installed (extra mesh)")
+    needs.package("trimesh")
     (tmp_path / "cube.obj").write_text(CUBE)
     return MeshSource(tmp_path / "cube.obj", "model")
 
@@ -72,7 +73,7 @@ def test_faces_match_render(open_viewer: OpenViewer, cube: MeshSource) -> None:
 
 
 def test_a_broken_mesh_is_reported(open_viewer: OpenViewer, tmp_path: Path) -> None:
-    pytest.importorskip("trimesh", reason="trimesh is not installed (extra mesh)")
+    needs.package("trimesh")
     (tmp_path / "bad.ply").write_bytes(b"ply\nnothing")
     viewer = open_viewer()
     viewer.overlay = Overlay(viewer.context, MeshSource(tmp_path / "bad.ply"), "auto")

@@ -17,11 +17,12 @@ from mplicits.model.model import Model
 from mplicits.viewer.draw import tiles
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.compile import VERTEX_SHADER
-from mplicits.viewer.draw.context import Context, open_context
+from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.program import KNOWN, Program
 from mplicits.viewer.draw.renderer import Renderer
 from mplicits.viewer.draw.supersampling import Image, to_linear
+from support import needs
 from support.fitted_model import fitted_model
 from support.paths import ROOT
 from support.random_model import random_model
@@ -156,10 +157,7 @@ def test_weights_in_a_texture_give_the_same_picture(osmesa: Context, renderer: R
 
 
 def test_egl_gives_the_same_picture(renderer: Renderer, shader: Shader) -> None:
-    try:
-        context = open_context("egl")
-    except UserError as error:
-        pytest.skip(str(error))
+    context = needs.context("egl")
     other = Renderer(context, shader)
     image = other.render(SIZE, Camera())
     other.release()

@@ -20,6 +20,7 @@ from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
+from support import needs
 from support.fitted_model import fitted_model
 from support.moving_model import moving_model
 
@@ -51,7 +52,7 @@ def pictures(path: Path) -> list[NDArray[np.float64]]:
         with Image.open(path) as gif:
             assert gif.info["loop"] == 0
             return [np.asarray(frame.convert("RGB"), float) / 255 for frame in ImageSequence.Iterator(gif)]
-    av = pytest.importorskip("av", reason="PyAV is not installed (extra view)")
+    av = needs.package("av")
     with av.open(str(path)) as video:
         return [picture.to_ndarray(format="rgb24") / 255 for picture in video.decode(video=0)]
 

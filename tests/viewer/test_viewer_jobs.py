@@ -18,6 +18,7 @@ from mplicits.viewer.state import jobs
 from mplicits.viewer.state.exports import free_path
 from mplicits.viewer.state.picture import Scene
 from mplicits.viewer.window.drop import drop
+from support import needs
 from support.fitted_model import fitted_model
 from support.viewer_fixture import AREA, TETRAHEDRON, OpenViewer, picture_of, settle
 
@@ -81,7 +82,7 @@ def test_the_viewer_draws_while_a_png_is_encoded(
 
 
 def test_a_turntable_video_shows_one_turn(open_viewer: OpenViewer, tmp_path: Path) -> None:
-    av = pytest.importorskip("av", reason="PyAV is not installed (extra view)")
+    av = needs.package("av")
     viewer, path = open_viewer(), tmp_path / "turn.mp4"
     viewer.work.begin(
         jobs.write_video(
@@ -132,7 +133,7 @@ def test_stopping_a_training_ends_its_process_and_removes_its_model(open_viewer:
 
 
 def test_a_broken_mesh_is_reported(open_viewer: OpenViewer, tmp_path: Path) -> None:
-    pytest.importorskip("torch", reason="PyTorch is not installed (extra train)")
+    needs.package("torch")
     viewer = open_viewer()
     (tmp_path / "broken.ply").write_bytes(b"ply\nnothing")
     drop(viewer, [tmp_path / "broken.ply"])
@@ -140,7 +141,7 @@ def test_a_broken_mesh_is_reported(open_viewer: OpenViewer, tmp_path: Path) -> N
 
 
 def test_a_trained_model_is_shown(open_viewer: OpenViewer, tmp_path: Path) -> None:
-    pytest.importorskip("torch", reason="PyTorch is not installed (extra train)")
+    needs.package("torch")
     viewer = open_viewer()
     (tmp_path / "shape.obj").write_text(TETRAHEDRON)
     viewer.work.train([tmp_path / "shape.obj"], ("--levels", "8x1,8x1", "--steps", "60,60"))
@@ -160,7 +161,7 @@ def test_a_trained_model_is_shown(open_viewer: OpenViewer, tmp_path: Path) -> No
 
 @pytest.mark.slow
 def test_dropped_checkpoints_are_imported(open_viewer: OpenViewer, tmp_path: Path) -> None:
-    torch = pytest.importorskip("torch", reason="PyTorch is not installed (extra train)")
+    torch = needs.package("torch")
     model, paths = fitted_model((20, 32)), []
     for name, level in zip(("fine", "coarse"), reversed(model.levels), strict=True):
         state = {

@@ -2,16 +2,15 @@
 
 import json
 import re
-import shutil
 import subprocess
 import sys
-from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
 from mplicits.cli import main
 from mplicits.model.model_file import save
+from support import needs
 from support.fitted_model import fitted_model
 from support.random_model import random_model
 from support.window_script import run
@@ -187,10 +186,10 @@ report["folded"] = not view.panel
 """
 
 
-@pytest.mark.skipif(shutil.which("xdotool") is None, reason="xdotool is not installed (Debian: xdotool)")
-@pytest.mark.skipif(find_spec("imgui_bundle") is None, reason="imgui-bundle is not installed (extra view)")
 @pytest.mark.slow
 def test_the_mouse_turns_the_picture_and_operates_the_panel(tmp_path: Path, xvfb: dict[str, str]) -> None:
+    needs.program("xdotool")
+    needs.package("imgui_bundle")
     save(random_model((4, 0), (4, 0)), tmp_path / "m.safetensors")
     report = run(MOUSE, (620, 400), tmp_path, xvfb)
     assert report["turned"] == pytest.approx(342.0)

@@ -6,6 +6,7 @@ import pytest
 
 from mplicits.codegen.targets.glsl330 import standalone
 from mplicits.model.model_file import save
+from support import needs
 from support.fitted_model import fitted_model
 from support.random_model import random_model
 from support.viewer_fixture import TETRAHEDRON
@@ -53,7 +54,7 @@ report["training"] = [viewer.work.training.running, str(viewer.work.training.mod
 
 @pytest.mark.slow
 def test_a_window_drops_watches_and_exports_files_and_ends_its_training(tmp_path: Path, xvfb: dict[str, str]) -> None:
-    pytest.importorskip("av", reason="PyAV is not installed (extra view)")
+    needs.package("av")
     save(random_model((4, 0), name="first"), tmp_path / "m.safetensors")
     save(fitted_model((20, 32)), tmp_path / "other.safetensors")
     (tmp_path / "bad.safetensors").write_bytes(b"\0" * 40)

@@ -26,6 +26,7 @@ from mplicits.web import page
 from mplicits.web.minified import minified, short_script
 from mplicits.web.packed_page import packed
 from mplicits.web.short_weights import MOST_ERROR, short_weights
+from support import needs
 from support.browser import PATIENCE, visit
 from support.firefox import firefox
 from support.page_pictures import MODEL
@@ -102,7 +103,7 @@ globalThis.results = [1, 2].map((x) => {
 
 
 def test_a_minified_script_does_the_same(browser: "Browser") -> None:
-    pytest.importorskip("minify", reason="tdewolff-minify is not installed")
+    needs.package("minify")
     tab = browser.new_page()
     results = []
     for script in (PATTERNS, minified(PATTERNS)):
@@ -267,7 +268,7 @@ def test_firefox_draws_a_packed_page(xvfb: dict[str, str], tmp_path: Path) -> No
 @pytest.mark.usefixtures("zopfli")
 @pytest.mark.parametrize(("name", "most"), [("spot-small", 64_000), ("spot", 110_000)])
 def test_pages_of_the_gallery_are_light(name: str, most: int) -> None:
-    pytest.importorskip("minify", reason="tdewolff-minify is not installed")
+    needs.package("minify")
     text = TARGETS["html"](load(model_path(name)))
     assert len(text.encode()) <= most
     assert text.startswith('<!doctype html>\n<html lang="en">\n<!-- A page of mplicits, packed. Its readable source')

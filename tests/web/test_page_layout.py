@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from mplicits.model.model_file import to_bytes
+from support import needs
 from support.browser import Visit, visit
 from support.page_pictures import MODEL, remembering
 from support.random_model import random_model
@@ -99,7 +100,7 @@ def wide(browser: "Browser", page_file: Path) -> Iterator[Visit]:
 
 def violations(opened: Visit) -> list[str]:
     """Return the violations that axe-core finds in the current page, including its best practices."""
-    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe-playwright-python is not installed")
+    axe = needs.package("axe_playwright_python.sync_playwright")
     found: list[dict[str, Any]] = axe.Axe().run(opened.page).response["violations"]
     return [f"{one['id']}: {node['html']}" for one in found for node in one["nodes"]]
 
