@@ -10,7 +10,6 @@ import subprocess
 import sys
 import termios
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -20,19 +19,11 @@ from mplicits.model.interrupts import INTERRUPTED, begin_work, end_imports_at_on
 from mplicits.model.model_file import load
 from support.paths import ROOT
 
-NOT_IGNORED = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
-START = NOT_IGNORED + "import sys; from mplicits.__main__ import main; print(flush=True); sys.exit(main())"
+START = "import sys; from mplicits.__main__ import main; print(flush=True); sys.exit(main())"
 TRAIN = ["train", "ball.ply", "-o", "ball.safetensors", "--levels", "8x1", "--steps", "1000000", "--quiet"]
 
 
-@pytest.fixture
-def handler() -> Iterator[None]:
-    """Restore the handler of SIGINT after the test."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
-
-
+@pytest.mark.usefixtures("usual_signals")
 @pytest.mark.parametrize("seconds", [0.05, 0.4, 1.0])
 def test_ctrl_c_while_modules_are_loaded(seconds: float, tmp_path: Path) -> None:
     trimesh.creation.icosphere(1).export(tmp_path / "ball.ply")
@@ -47,17 +38,18 @@ def test_ctrl_c_while_modules_are_loaded(seconds: float, tmp_path: Path) -> None
     assert [path.name for path in tmp_path.iterdir()] == ["ball.ply"]
 
 
+@pytest.mark.usefixtures("usual_signals")
 def test_an_interrupted_import_ends_the_process_though_the_module_catches_everything(tmp_path: Path) -> None:
     (tmp_path / "stubborn.py").write_text(
         "import signal\ntry:\n    signal.raise_signal(signal.SIGINT)\nexcept BaseException:\n    pass\n"
     )
     code = "from mplicits.model.interrupts import *; end_imports_at_once(); import sys; sys.path.append(sys.argv[1])\n"
-    command = [sys.executable, "-c", NOT_IGNORED + code + "import stubborn; print('swallowed')", str(tmp_path)]
+    command = [sys.executable, "-c", code + "import stubborn; print('swallowed')", str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT.parent, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (INTERRUPTED, "", "mplicits: interrupted\n")
 
 
-@pytest.mark.usefixtures("handler")
+@pytest.mark.usefixtures("usual_signals")
 def test_ctrl_c_is_an_exception_outside_imports_and_everywhere_at_work() -> None:
     end_imports_at_once()
     ours = signal.getsignal(signal.SIGINT)
@@ -71,7 +63,7 @@ def test_ctrl_c_is_an_exception_outside_imports_and_everywhere_at_work() -> None
     assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN, "the caller's handler stays"
 
 
-@pytest.mark.usefixtures("handler")
+@pytest.mark.usefixtures("usual_signals")
 def test_ctrl_c_can_be_held_back() -> None:
     done = []
 
@@ -89,6 +81,7 @@ def test_ctrl_c_can_be_held_back() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("usual_signals")
 def test_a_closed_terminal_ends_a_training_and_saves_the_model(tmp_path: Path) -> None:
     trimesh.creation.icosphere(1).export(tmp_path / "ball.ply")
     ours, theirs = pty.openpty()

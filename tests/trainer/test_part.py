@@ -38,10 +38,6 @@ from support.random_model import random_model
 SETTINGS = dataclasses.replace(SMALL_SETTINGS, steps=(60, 60, 60))
 PACKED = dataclasses.replace(SETTINGS, packed=True)
 OUTPUT, PART = Path("ball.safetensors"), Path("ball.part.safetensors")
-START = (
-    "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
-    "from mplicits.__main__ import main; sys.exit(main())"
-)
 QUICK = ["--levels", "8x0,8x1", "--quiet"]
 
 
@@ -198,19 +194,7 @@ def test_a_checkpoint_is_a_model_and_is_removed_at_the_end(
     assert not PART.exists()
 
 
-@pytest.fixture
-def _handlers() -> Iterator[None]:
-    """Signals that end a process do so, as where nohup did not start the tests; afterwards all is as it was."""
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, *ENDINGS)}
-    for number in ENDINGS:
-        signal.signal(number, signal.SIG_DFL)
-    yield
-    for number, handler in before.items():
-        signal.signal(number, handler)
-    begin_work(termination=False)
-
-
-@pytest.mark.usefixtures("_handlers")
+@pytest.mark.usefixtures("usual_signals")
 @pytest.mark.parametrize("number", ENDINGS)
 def test_a_signal_saves_the_model_and_a_checkpoint(
     number: signal.Signals, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
@@ -281,7 +265,7 @@ def test_load_ignores_the_state() -> None:
     assert load(OUTPUT).sha256() == model.sha256()
 
 
-@pytest.mark.usefixtures("_handlers")
+@pytest.mark.usefixtures("usual_signals")
 @pytest.mark.parametrize(
     ("number", "stage"),
     [*((signal.SIGINT, stage) for stage in ("level 1", "level 2", "tex")), *((end, "level 2") for end in ENDINGS)],
@@ -309,7 +293,7 @@ def test_a_signal_inside_a_step_waits_for_its_end(
     assert resumed.sha256() == unbroken[False].sha256()
 
 
-@pytest.mark.usefixtures("_handlers")
+@pytest.mark.usefixtures("usual_signals")
 def test_a_second_signal_ends_the_training_inside_the_step(ball: Shape, monkeypatch: pytest.MonkeyPatch) -> None:
     def pressed(_: Muon, __: float) -> None:
         signal.raise_signal(signal.SIGINT)
@@ -324,7 +308,7 @@ def test_a_second_signal_ends_the_training_inside_the_step(ball: Shape, monkeypa
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("_handlers")
+@pytest.mark.usefixtures("usual_signals")
 @pytest.mark.parametrize("number", ENDINGS)
 def test_a_signal_at_any_moment_can_be_resumed_bit_for_bit(number: signal.Signals) -> None:
     """A training in its own process gets the signal again and again at random moments, until it is through."""
@@ -332,7 +316,7 @@ def test_a_signal_at_any_moment_can_be_resumed_bit_for_bit(number: signal.Signal
     argv = ["train", "ball.ply", *QUICK, "--steps", "500"]
 
     def run(output: str, *more: str) -> subprocess.Popen[bytes]:
-        command = [sys.executable, "-c", START, *argv, "-o", output, *more]
+        command = [sys.executable, "-m", "mplicits", *argv, "-o", output, *more]
         return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
 
     with run("unbroken.safetensors") as process:
