@@ -44,6 +44,16 @@ def begin_work(*, termination: bool = True) -> None:
             signal.signal(number, _raise)
 
 
+def let_children_hear_ctrl_c() -> None:
+    """Where the caller ignores Ctrl-C (nohup), ignore it in a way that child processes do not inherit.
+
+    So this process can interrupt them. Changes nothing outside the main thread.
+    """
+    main = threading.current_thread() is threading.main_thread()
+    if main and signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, lambda *_: None)
+
+
 def ended_by() -> signal.Signals | None:
     """Return the signal behind a KeyboardInterrupt since `begin_work`; None for Ctrl-C, or without an interrupt."""
     return _received[-1] if _received else None

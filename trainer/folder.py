@@ -15,7 +15,7 @@ from ..model import kinds
 from ..model.errors import UserError
 from ..model.files import check_writable, show
 from ..model.gallery import PART, SUFFIX
-from ..model.interrupts import begin_work, ended_by
+from ..model.interrupts import begin_work, ended_by, let_children_hear_ctrl_c
 from ..model.model_file import load
 from ..model.verb import command_line
 from ..readers.read import READERS, known_formats
@@ -45,6 +45,7 @@ def run_folder(command: TrainCommand) -> None:
     shapes = shapes_in(folder)
     output = _output_folder(command, folder, shapes)
     begin_work()
+    let_children_hear_ctrl_c()  # `Runner.stop` presses it
     cores = os.cpu_count() or 1
     threads = 1 if command.cluster else 0 if command.jobs == 1 else max(1, cores // command.jobs)
     options = tuple(shape_options(command))

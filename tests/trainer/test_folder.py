@@ -22,6 +22,7 @@ from mplicits.trainer.folder import shape_options, shapes_in
 from mplicits.trainer.folders.job import Job, Outcome, Runner, Status
 from mplicits.trainer.folders.results import PAGE, TABLE, row_of, write_results
 from mplicits.trainer.part import Part
+from support import needs
 from support.paths import DEMO
 
 SMALL = ("--levels", "12x0,12x1", "--texture", "none", "--steps", "30,30", "--seed", "3")
@@ -192,8 +193,31 @@ def test_a_folder_trains_good_shapes_names_bad_ones_and_resumes(
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("usual_signals")
+def test_sigterm_stops_the_trainings_of_a_program_that_ignores_ctrl_c(shapes: Path, tmp_path: Path) -> None:
+    """As nohup or a script in the background starts it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    (shapes / "bad.obj").unlink()
+    out = tmp_path / "out"
+    command = [sys.executable, "-m", "mplicits", "train", str(shapes), "-o", str(out), *SMALL[:4], "--steps", "1000000"]
+    with subprocess.Popen(command, stderr=subprocess.DEVNULL) as process:
+        while not (out / TABLE).exists():
+            assert process.poll() is None
+            time.sleep(0.1)
+        time.sleep(1)
+        process.send_signal(signal.SIGINT)
+        time.sleep(1)
+        assert process.poll() is None, "it ignores Ctrl-C"
+        process.send_signal(signal.SIGTERM)
+        try:
+            assert process.wait(60) == 128 + signal.SIGTERM
+        finally:
+            process.kill()
+
+
+@pytest.mark.slow
 def test_another_worker_takes_over_the_job_of_a_lost_one(shapes: Path, tmp_path: Path) -> None:
-    distributed = pytest.importorskip("distributed")
+    distributed = needs.package("distributed")
     out = tmp_path / "out"
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
@@ -223,7 +247,7 @@ def test_another_worker_takes_over_the_job_of_a_lost_one(shapes: Path, tmp_path:
 @pytest.mark.slow
 @pytest.mark.parametrize("ending", [signal.SIGKILL, signal.SIGTERM])
 def test_a_scheduler_that_dies_is_one_line(ending: signal.Signals, shapes: Path, tmp_path: Path) -> None:
-    distributed = pytest.importorskip("distributed")
+    distributed = needs.package("distributed")
     place, out = tmp_path / "scheduler.json", tmp_path / "out"
     argv = ["--port", "0", "--no-dashboard", "--scheduler-file", str(place)]
     scheduler = subprocess.Popen(
