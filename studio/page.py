@@ -37,19 +37,9 @@ TRAINER = (
 """Modules of the page that train a model, in their order."""
 STUDIO = (
     *TRAINER,
-    *("settings.js", "live.js", "state.js", "preview.js", "axes.js", "picture.js", "storage.js", "webm.js"),
-    *(
-        "recorder.js",
-        "video.js",
-        "poster.js",
-        "page_export.js",
-        "tiny_export.js",
-        "loading.js",
-        "kinds.js",
-        "exports.js",
-        "folder.js",
-    ),
-    *("provenance.js", "studio.js"),
+    *("settings.js", "live.js", "state.js", "preview.js", "axes.js", "picture.js", "progress.js", "storage.js"),
+    *("webm.js", "recorder.js", "video.js", "poster.js", "page_export.js", "tiny_export.js", "loading.js"),
+    *("abilities.js", "kinds.js", "exports.js", "folder.js", "provenance.js", "studio.js"),
 )
 """Modules that extend the page of a model, in their order."""
 TITLE = "mplicits studio"

@@ -5,10 +5,11 @@ import {copyShadertoy} from "./current_model.js";
 
 // Fills a row with a button for each kind {id, label, title, ending, make, isQuick, isCopied}. make: returns a string, an
 // array of bytes or a Blob, or a promise of one; isQuick: it is made at once; isCopied: a text for the clipboard, not for
-// a file. name: of the files. onSave: called with the kind's id. guarded: see studio.js.
+// a file; isAnew: each click makes it. {element}: a control among the buttons. name: of the files. onSave: called with the kind's id. guarded: see studio.js.
 export function showExports(row, name, kinds, onSave, guarded) {
     row.replaceChildren(...kinds.map((kind) => {
-        const button = document.createElement("button"), {id, label, title = "", ending, make, isQuick, isCopied} = kind;
+        if (kind.element) return kind.element;
+        const button = document.createElement("button"), {id, label, title = "", ending, make, isQuick, isCopied, isAnew} = kind;
         let made = null;
         const content = () => (made ??= Promise.resolve().then(make).then((value) => {
             button.textContent = `${label} · ${readableSize(value)}`;
@@ -27,6 +28,7 @@ export function showExports(row, name, kinds, onSave, guarded) {
                 } else {
                     saveFile(new Blob([value]), name, ending);
                 }
+                if (isAnew) made = null;
                 onSave(id);
             } finally {
                 button.disabled = false;

@@ -3,6 +3,14 @@ import {INPUTS, SAMPLE} from "./kernel.js";
 import {addNested, addNetwork} from "./nested.js";
 
 // The surface of a trained model as a mesh in the space of the shape's file.
+const PROBE = 64; // cells of a grid that tells how many triangles a finer one gives
+const COARSEST = 16, FINEST = 512;
+
+// Returns the resolution of a mesh of about `triangles`: their number grows with its square.
+export function resolutionFor(triangles, kernel, levels) {
+    const {faces} = fieldMesh(kernel, levels, null, PROBE, {center: [0, 0, 0], scale: 1});
+    return Math.min(FINEST, Math.max(COARSEST, Math.round(PROBE * Math.sqrt(3 * triangles / faces.length))));
+}
 
 // levels: [{network, weights, delta}]; texture: {network, weights}, or null; place: {center, scale} of the model.
 // Returns {vertices, normals, faces} of isosurface(), and colors: Float32Array (3 V), sRGB in [0, 1], or null.

@@ -2,6 +2,7 @@ import {facts} from "./facts.js";
 import {functionText} from "./glsl_function.js";
 import {hashOf} from "./header.js";
 import {loadTeam} from "./loading.js";
+import {element} from "./messages.js";
 import {canWritePage, pageText} from "./page_export.js";
 import {groundOfShape} from "./picture.js";
 import {posterOf} from "./poster.js";
@@ -12,14 +13,13 @@ import {asQuestion} from "./training.js";
 import {renderer} from "./view.js";
 
 // What a trained shape can be saved as.
-const MESH_CELLS = 256; // along an edge of the grid of an exported mesh
-
 // Returns the model of a result, with the shape's lowest point.
 export const modelOf = ({bytes}) => ({...parseModel(bytes.buffer), ground: groundOfShape()});
 
-// Returns kinds for showExports (exports.js). shape, result: see state.js; video: returns a promise of a WebM Blob.
-export function kindsOf(shape, result, video) {
-    const model = modelOf(result), hash = hashOf(result.bytes.buffer);
+// Returns kinds for showExports (exports.js). shape, result: see state.js; model: of modelOf(); video: returns a promise of
+// a WebM Blob.
+export function kindsOf(shape, result, model, video) {
+    const hash = hashOf(result.bytes.buffer);
     let text = null;
     const shadertoy = async () => (text ??= shadertoyText(model, await hash));
     const poster = () => renderer.device.unlessLost(posterOf(renderer, facts.shade));
@@ -28,7 +28,7 @@ export function kindsOf(shape, result, video) {
         await loadTeam(shape);
         const {bytes} = await shape.team.ask(0, "mesh", {
             format, levels: result.levels.map(asQuestion), texture: result.texture && asQuestion(result.texture),
-            resolution: MESH_CELLS, place: {center: shape.center, scale: shape.scale},
+            triangles: Number(element("detail").value), place: {center: shape.center, scale: shape.scale},
         });
         return bytes;
     };
@@ -39,8 +39,9 @@ export function kindsOf(shape, result, video) {
         {id: "save-text", label: "Shadertoy", ending: "frag", title: "Text for the Image tab of shadertoy.com", make: shadertoy, isQuick: true},
         {id: "copy-text", label: "Copy Shadertoy", title: "The same text, to the clipboard", make: shadertoy, isCopied: true},
         {id: "save-glsl", label: "GLSL", ending: "glsl", title: "Functions of the field for your shader", make: async () => functionText(model, await hash), isQuick: true},
-        {id: "save-ply", label: "PLY", ending: "ply", title: "A mesh of the field", make: mesh("ply")},
-        {id: "save-glb", label: "GLB", ending: "glb", title: "A mesh of the field", make: mesh("glb")},
+        {id: "save-ply", label: "PLY", ending: "ply", title: "A mesh of the field", make: mesh("ply"), isAnew: true},
+        {id: "save-glb", label: "GLB", ending: "glb", title: "A mesh of the field", make: mesh("glb"), isAnew: true},
+        {element: element("detail")},
         {id: "save-webm", label: "Video", ending: "webm", title: "One turn", make: video},
     ];
     return canWritePage ? kinds : kinds.filter(({id}) => id !== "save-page");

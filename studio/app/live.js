@@ -29,15 +29,15 @@ export class LivePicture {
 
     // Compiles the shader. Resolves when it is ready.
     async compile() {
-        const model = this.model({levels: []});
-        await start({model, probes: {points: [], values: []}, storage: "texture", sha256: "", memory: memoryOf("")});
+        this.shown = {model: this.model({levels: []}), probes: {points: [], values: []}, storage: "texture", sha256: "", memory: memoryOf("")};
+        await start(this.shown);
         this.isReady = true;
     }
 
     // Draws the networks of this moment, and resolves when they are seen: where the processor draws, the training waits,
     // because both at once would take longer. moment: {levels, texture}: finished networks; unfinished: the next, or null.
     async show(moment) {
-        const model = this.model(moment), count = this.known(moment).length;
+        const model = this.shown.model = this.model(moment), count = this.known(moment).length;
         if (count !== this.level) goToLevel(this.level = count);
         this.since ??= renderer.version + 1; // of the first picture
         renderer.replace(model, printField(model, "texture", renderer.device.unroll).texels);

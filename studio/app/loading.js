@@ -1,6 +1,9 @@
 import {pause} from "./device.js";
 import {element} from "./messages.js";
 
+// Returns the bytes of the kernel, a WebAssembly module.
+export const kernelBytes = () => Uint8Array.from(atob(element("kernel").textContent), (letter) => letter.charCodeAt(0));
+
 // Gives the shape on the stage and the kernel to all of its workers, once. shape: see state.js. Returns the compiled
 // kernel.
 export async function loadTeam(shape) {
@@ -9,8 +12,7 @@ export async function loadTeam(shape) {
 }
 
 async function toWorkers({team, read}) {
-    const wasm = Uint8Array.from(atob(element("kernel").textContent), (letter) => letter.charCodeAt(0));
-    const module = await WebAssembly.compile(wasm);
+    const module = await WebAssembly.compile(kernelBytes());
     await Promise.all(team.workers.map(async (_, k) => {
         await pause(k); // a task for each: a large shape takes long to copy
         await team.ask(k, "load", {module, read: {...read, normals: null}}); // the facets have theirs

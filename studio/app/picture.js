@@ -8,6 +8,14 @@ import {drawWith, renderer} from "./view.js";
 
 // The picture on the stage: the shape itself with the axes of its file, or its field.
 let preview = null, axes = null;
+const mesh = {show(camera, options) {
+    preview.show(camera, options);
+    axes.show(camera);
+}};
+const both = {show(camera, ...more) {
+    mesh.show(camera, ...more);
+    renderer.show(camera, ...more);
+}};
 
 // Compiles what showShape() needs, while workers read a shape.
 export function preparePreview() {
@@ -22,6 +30,11 @@ export function showShape(corners) {
     showPicture("mesh");
 }
 
+// Lets the field be drawn behind the mesh, until showPicture() shows it.
+export function drawBoth() {
+    if ("preview" in root.dataset) drawWith(both);
+}
+
 // Shows the "mesh" or the "field".
 export function showPicture(which) {
     const isMesh = which === "mesh";
@@ -31,12 +44,12 @@ export function showPicture(which) {
         root.dataset.drawn = "";
         setState("still", "");
     }
-    drawWith(isMesh ? {show: (camera, options) => {
-        preview.show(camera, options);
-        axes.show(camera);
-    }} : null);
+    drawWith(isMesh ? mesh : null);
     const choices = [{value: "mesh", label: preview.isCloud ? "Cloud" : "Mesh"}, {value: "field", label: "Field"}];
     fillChoices(element("picture"), choices, which, showPicture);
+    const field = element("picture").querySelector("[value=field]"), {training, result} = state;
+    field.disabled = isMesh && !(training ? training.isSeen : result);
+    field.parentElement.title = field.disabled ? "The field is not drawn yet" : "";
 }
 
 function hidePreview(isHidden) {

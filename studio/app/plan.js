@@ -1,5 +1,5 @@
 // How the time of a training is shared out among its stages: the levels, then the texture (trainer/plan.py).
-const LEAST_STEPS = 20; // of a stage that has a time, even where its preparation took it all
+const LEAST_LEVEL = 300, LEAST_TEXTURE = 100; // steps: with fewer, nobody recognizes the shape, or its colors
 
 // Returns the cost of each stage, relative to the others. settings: see trainShape; budget: `BudgetConfig` of
 // trainer/config.py; hasTexture: whether a texture is trained. Level 1 gets the time of the largest network, because its
@@ -13,15 +13,20 @@ export function stageCosts({levels, texture, steps}, budget, hasTexture) {
 }
 
 // Estimates the cost of a step by the network's number of weights.
-function stepCost({width, depth}) {
+export function stepCost({width, depth}) {
     return width * 4 + width * width * depth;
 }
 
-// Returns a function from the steps of a stage to its finished share, from `first` to 1. end: of the stage, as of
-// clock(); null for `count` steps.
-export function timer(first, count, clock, end) {
-    const start = clock?.();
-    const done = end === null ? (steps) => steps / Math.max(1, Math.round(count * (1 - first)))
-        : (steps) => Math.min(steps / LEAST_STEPS, end > start ? (clock() - start) / (end - start) : 1);
-    return (steps) => Math.min(1, first + (1 - first) * done(steps));
+// Returns the steps that a stage takes where `first` of it is done: exactly so many, or at least so many where stages have
+// a time. i: of the stage.
+export function leastSteps({levels, steps}, i, first = 0) {
+    return Math.max(1, Math.round((1 - first) * (steps ? steps[i] : i < levels.length ? LEAST_LEVEL : LEAST_TEXTURE)));
+}
+
+// Returns a function from the steps of a stage to its finished share, from `first` to 1. least: fewest steps. end: of the
+// stage, as of clock(); null for `least` steps.
+export function timer(first, least, clock, end) {
+    const start = clock();
+    const passed = () => (end > start ? (clock() - start) / (end - start) : 1);
+    return (steps) => Math.min(1, first + (1 - first) * Math.min(steps / least, passed()));
 }

@@ -1,3 +1,4 @@
+import {lacking} from "./abilities.js";
 import {fillChoices} from "./controls.js";
 import {openShapesWith, refuseShape, setTitle, startParsed} from "./current_model.js";
 import {pause} from "./device.js";
@@ -9,7 +10,8 @@ import {LivePicture} from "./live.js";
 import {loadTeam} from "./loading.js";
 import {element, fail, root, say} from "./messages.js";
 import {modelFile} from "./model_file.js";
-import {groundOfShape, preparePreview, showPicture, showShape, turnTo} from "./picture.js";
+import {drawBoth, groundOfShape, preparePreview, showPicture, showShape, turnTo} from "./picture.js";
+import {follow, judged} from "./progress.js";
 import {provenanceOf} from "./provenance.js";
 import {ModelError} from "./safetensors.js";
 import {settingsFrom, suitedSettings} from "./settings.js";
@@ -19,51 +21,62 @@ import {Team} from "./team.js";
 import {trainShape} from "./training.js";
 import {TrainingError} from "./training_error.js";
 import {turntableVideo} from "./video.js";
-import {center, draw, drawWith, frontOfView, renderer} from "./view.js";
+import {center, draw, frontOfView, renderer} from "./view.js";
 
 // The studio: trains a dropped shape, while the page draws its field.
 const MOST_WORKERS = 16, MOST_FACES = 4e6; // faces of all workers together, since each has the shape
-const BETWEEN_PICTURES = 1000, BETWEEN_REPORTS = 200; // milliseconds
-const PICTURES_SHARE = 0.2; // largest share of the time that pictures may take
 const LEFT_SHARE = 0.5; // of the seconds, that remains for the training after the preparation
 const LONGER_FROM = 0.6; // share of the last level's schedule at which "Train longer" begins again
 const hasOwnModel = root.dataset.state !== "empty"; // of `bake --studio`; its page opens without the invitation
 const UPS = Object.keys(facts.studio.upright);
 const READABLE = /\.(obj|ply|stl|glb|gltf|xyz)$/i;
 const NOTICED = 2500; // milliseconds
+const CONTROLS = /[\p{C}\p{Zl}\p{Zp}]/gu;
 
 let report = "", notice = ""; // the bar's line, and one that covers it for a moment
 
-// Opens the files of a shape, and trains it.
+// Opens the files of a shape, and trains it. Errors of the shape become messages.
 async function openShapeFiles(files) {
-    if (!files.some(({name}) => READABLE.test(name))) refuseShape(files);
-    const began = performance.now();
-    const inputs = await Promise.all(files.map(async (file) => (
-        {name: file.name, path: file.path ?? file.name, bytes: await file.arrayBuffer()})));
-    await openAndTrain({files: inputs}, began);
+    const [largest] = files.filter(({name}) => READABLE.test(name)).sort((a, b) => b.size - a.size);
+    if (!largest) refuseShape(files);
+    if (lacking()) throw new ModelError(lacking());
+    await freeStage(largest.name);
+    await guarded(async () => {
+        const began = performance.now();
+        const inputs = await Promise.all(files.map(async (file) => (
+            {name: file.name, path: file.path ?? file.name, bytes: await file.arrayBuffer()})));
+        await openAndTrain({files: inputs}, largest.name, began);
+    })();
 }
 
-// question: of the workers' `read`. began: performance.now() at the drop.
-async function openAndTrain(question, began) {
+// question: of the workers' `read`; name: of its file. began: performance.now() at the drop.
+async function openAndTrain(question, name, began) {
     const settings = chosenSettings();
-    await showShapeOf(question, settings);
-    await train(settings, null, began);
+    if (await showShapeOf(question, name, settings)) await train(settings, null, began);
 }
 
-// Throws a ModelError while a shape is read or trained.
-function demandStage() {
-    const {training} = state;
-    if (training) throw new ModelError(training.live ? "stop the training first" : "wait until the first shape is read");
+// Ends a training for another file, and waits for its end, where the visitor agrees to lose what is not saved. Throws
+// ModelError.
+async function freeStage(name) {
+    const {training, shape, result} = state;
+    const question = training ? `Stop this training and open ${name}?`
+        : result && !result.isSaved ? `Open ${name}, without saving what is trained?` : "";
+    if (question && !confirm(question)) throw new ModelError("not opened");
+    while (state.training) {
+        state.training.isStopped = state.training.isLeft = true;
+        await pause(50);
+    }
+    if (shape) showPicture("field"); // a model may come
 }
 
-// Reads a shape and shows it.
-async function showShapeOf(question, {crease = facts.studio.crease}) {
-    demandStage();
+// Reads a shape and shows it. name: of its file. Returns whether it is still wanted.
+async function showShapeOf(question, name, {crease = facts.studio.crease}) {
     say("");
     const size = Math.min(navigator.hardwareConcurrency || 1, MOST_WORKERS);
     const team = new Team(element("worker").textContent, size), before = state.shape;
-    state.training = {};
+    const mine = state.training = {};
     element("welcome").hidden = true;
+    element("read").textContent = "";
     update("Reading");
     try {
         const answer = team.ask(0, "read", {...question, plain: facts.studio.plain, crease});
@@ -71,31 +84,32 @@ async function showShapeOf(question, {crease = facts.studio.crease}) {
         const {preview, ...read} = await answer;
         before?.team.dismiss();
         team.shrink(Math.max(1, Math.floor(MOST_FACES / (read.facets ?? read).faces.length * 3)));
-        const {center: middle, scale, up} = read, name = stem(read.name);
-        state.shape = {name, center: middle, scale, up: up ?? "y", front: null, read, crease, team, loading: null};
+        const {center: middle, scale, up} = read;
+        state.shape = {name: stem(read.name), center: middle, scale, up: up ?? "y", front: null, read, crease, team, loading: null};
         state.result = null;
         setTitle(state.shape);
         center(null);
         showShape(preview);
+        element("read").textContent = `Read: ${read.notes.join(" · ")}`;
     } catch (error) {
         team.dismiss();
         element("welcome").hidden = Boolean(before) || hasOwnModel;
-        throw understood(error);
+        throw understood(error, name);
     } finally {
         state.training = null;
         update("");
     }
+    return !mine.isLeft;
 }
 
 // Trains the shape. chosen: settings of settingsFrom(). start: of trainShape, or null. began: performance.now() from
 // which the seconds count.
 async function train(chosen, start, began) {
-    demandStage();
     const {shape} = state, {read, team} = shape, hasColors = Boolean(read.colors);
     const mine = state.training = {isPaused: false, isStopped: false, paused: 0, live: null};
     const clock = () => (performance.now() - began) / 1000 - mine.paused;
     showPicture("mesh");
-    update(`Preparing ${read.notes.join(" · ")}`);
+    update("Preparing");
     await pause(0); // a task of its own
     try {
         mine.live = new LivePicture(shape, groundOfShape(), chosen, hasColors);
@@ -103,55 +117,20 @@ async function train(chosen, start, began) {
         const module = await loadTeam(shape);
         const settings = suitedSettings(chosen, await team.ask(0, "bend", facts.studio.config.bend));
         const end = Math.max(settings.seconds, clock() + LEFT_SHARE * settings.seconds);
-        const afterStep = follow(mine, settings, clock, end);
         // Where the processor draws, WebGPU would be slow, and a request for it waits for the picture and blocks the page.
         const gpu = renderer.device.isSoftware ? undefined : element("step.wgsl").textContent;
-        const options = {module, hasColors, gpu, clock, end, start, afterStep};
+        const options = {module, hasColors, gpu, clock, end, start, ...follow(mine, settings, clock, end, update, remember)};
         const trained = await trainShape(team, settings, facts.studio.config, options);
         state.result = {...trained, settings, seconds: clock(), isSaved: false};
         remember(state.result);
     } catch (error) {
         update("Not trained");
-        throw understood(error);
+        throw understood(error, read.name);
     } finally {
         state.training = null;
         update("");
     }
-    await showResult();
-}
-
-// Returns afterStep for trainShape: it draws, reports, keeps what is finished, and waits during a pause.
-function follow(mine, settings, clock, end) {
-    const {live} = mine, names = [...settings.levels.map((_, i) => `Level ${i + 1} of ${settings.levels.length}`), "Colors"];
-    let reportedAt = 0, isSeen = false, finished = 0;
-    return async ({stage, done, meanF, levels, network, layout, weights}) => {
-        const now = performance.now();
-        if (now > reportedAt + BETWEEN_REPORTS) {
-            const accuracy = stage < settings.levels.length ? meanF : levels.at(-1).meanF;
-            const left = settings.steps ? clock() / done * (1 - done) : end - clock();
-            update(`${names[stage]} · mean |f| ${accuracy.toExponential(1)} · ${Math.max(0, Math.ceil(left))} s left`, done);
-            reportedAt = now;
-        }
-        if (levels.length > finished) {
-            finished = levels.length;
-            remember({levels: [...levels], texture: null, settings, seconds: clock()});
-        }
-        const wait = Math.max(BETWEEN_PICTURES, (renderer.refining?.frame ?? 0) / PICTURES_SHARE);
-        if (live.isReady && now > live.drawnAt + wait && !document.hidden) {
-            if (!isSeen) drawWith(null);
-            await live.show({levels, unfinished: {network, layout, weights}});
-        }
-        if (!isSeen && renderer.quicked >= live.since) {
-            showPicture("field");
-            isSeen = true;
-        }
-        while (mine.isPaused && !mine.isStopped) {
-            const since = performance.now();
-            await pause(50);
-            mine.paused += (performance.now() - since) / 1000;
-        }
-        return mine.isStopped ? "stop" : "";
-    };
+    if (!mine.isLeft) await showResult();
 }
 
 // Keeps a result in the browser's storage, for a reload; the facets are quickly made again.
@@ -163,21 +142,22 @@ function remember({levels, texture, settings, seconds}) {
 // Trains the shape on the stage anew.
 async function trainAgain() {
     const settings = chosenSettings(), {read, crease, up, front} = state.shape, began = performance.now();
-    if (read.facets && settings.crease !== crease) await showAgain({read, settings, up, front});
-    await train(settings, null, began);
+    const isReady = !read.facets || settings.crease === crease || await showAgain({read, settings, up, front});
+    if (isReady) await train(settings, null, began);
 }
 
 // Shows a shape that was read before.
 async function showAgain({read, settings, up, front}) {
-    await showShapeOf({earlier: read}, settings);
+    const isWanted = await showShapeOf({earlier: read}, read.name, settings);
     Object.assign(state.shape, {front});
     turnTo(up);
+    return isWanted;
 }
 
 // Goes on with what a reload left.
 async function resume(record) {
     const {read, settings, seconds, levels, texture} = record;
-    await showAgain(record);
+    if (!await showAgain(record)) return;
     const isWhole = levels.length === settings.levels.length && (texture || !read.colors);
     if (!isWhole) return train(settings, {levels, texture, weights: null, share: 0}, performance.now() - 1000 * seconds);
     state.result = {levels, texture, settings, seconds, isSaved: false};
@@ -187,25 +167,29 @@ async function resume(record) {
 
 // Shows the trained model, and what it can be saved as.
 async function showResult() {
-    const {shape, result} = state, {meanF, distance = meanF, angle} = result.levels.at(-1);
-    result.bytes = modelFile(factsOfShape(shape), result, provenanceOf(shape, result));
-    const figures = `off by ${distance.toExponential(1)} of the radius · normals by ${angle.toFixed(1)}°`;
-    update(`Trained in ${Math.round(result.seconds)} s · ${figures}`);
-    element("ended").textContent = element("report").textContent;
-    const onSave = (id) => { result.isSaved ||= id === "download"; };
-    showExports(element("exports"), shape.name, kindsOf(shape, result, recorded), onSave, guarded);
-    showPicture("field");
-    await startParsed(modelOf(result));
+    const {shape, result} = state, {line, isFar} = judged(result, !shape.read.faces.length);
+    Object.assign(result, {isFar, bytes: modelFile(factsOfShape(shape), result, provenanceOf(shape, result))});
+    update(line);
+    element("ended").textContent = line;
+    element("settings")[isFar ? "prepend" : "append"](element("longer"));
+    const model = modelOf(result), onSave = (id) => { result.isSaved ||= id === "download"; };
+    showExports(element("exports"), shape.name, kindsOf(shape, result, model, recorded), onSave, guarded);
+    drawBoth();
+    await startParsed(model);
+    while (!renderer.seen && !renderer.device.lost) await pause(30);
+    if (isCurrent(result)) showPicture("field");
 }
+
+const isCurrent = (result) => state.result === result && !state.training;
 
 // Records a turn; the report shows the progress.
 async function recorded() {
-    const {result} = state, line = report, isCurrent = () => state.result === result && !state.training;
+    const {result} = state, line = report;
     const video = await renderer.device.unlessLost(turntableVideo((share) => {
         update("Recording the video", share);
-        return isCurrent() ? "" : "stop";
+        return isCurrent(result) ? "" : "stop";
     }));
-    if (isCurrent()) update(line);
+    if (isCurrent(result)) update(line);
     if (!video) throw new ModelError("the recording was stopped");
     return video;
 }
@@ -239,8 +223,11 @@ function notify(text) {
     update("");
 }
 
-const stem = (name) => name.replace(/\.\w+$/, "").replace(/[\p{C}\p{Zl}\p{Zp}]/gu, "").slice(0, 60) || "shape";
-const understood = (error) => (error instanceof TrainingError ? new ModelError(error.message) : error);
+const stem = (name) => name.replace(/\.\w+$/, "").replace(CONTROLS, "").slice(0, 60) || "shape";
+
+// Returns the error for the visitor. name: of the shape's file.
+const understood = (error, name) => (
+    error instanceof TrainingError ? new ModelError(`${name.replace(CONTROLS, "?")}: ${error.message}`) : error);
 
 // Shows a line, and a bar unless share is null; and the buttons of this moment. line: "" keeps the one before.
 function update(line, share = null) {
@@ -252,6 +239,7 @@ function update(line, share = null) {
     element("report").textContent = notice || report;
     element("report").parentElement.hidden = !shape && !training;
     bar.hidden = share === null && !training;
+    root.toggleAttribute("data-far", Boolean(bar.hidden && result?.isFar));
     const shown = {
         picture: shape, up: shape, front: shape, pause: training?.live, stop: training?.live, longer: isIdle && result,
         again: isIdle, another: !training && (shape || hasOwnModel), settings: !training, exports: isIdle && result,
@@ -279,7 +267,8 @@ const guarded = (action) => () => Promise.resolve().then(action).catch((error) =
 
 function wireStudio() {
     element("welcome").hidden = hasOwnModel;
-    openShapesWith(openShapeFiles, filesOfDrop, demandStage);
+    openShapesWith(openShapeFiles, filesOfDrop, freeStage);
+    element("lacking").textContent = lacking();
     element("file").multiple = true;
     const choices = Object.entries(facts.studio.presets).map(([value, {label}]) => ({value, label}));
     fillChoices(element("preset"), choices, facts.studio.preset, fillSettings);
@@ -297,7 +286,8 @@ function wireStudio() {
     for (const [id, action] of Object.entries(buttons)) element(id).addEventListener("click", guarded(action));
     for (const button of element("examples").querySelectorAll("button")) {
         const question = {example: Number(button.dataset.example)};
-        button.addEventListener("click", guarded(() => openAndTrain(question, performance.now())));
+        button.disabled = lacking();
+        button.addEventListener("click", guarded(() => openAndTrain(question, button.textContent, performance.now())));
     }
     element("settings").addEventListener("submit", (event) => event.preventDefault());
     element("more").addEventListener("keydown", ({key, currentTarget}) => { currentTarget.open &&= key !== "Escape"; });
@@ -314,6 +304,7 @@ async function offerKept() {
     if (!record) return;
     button.textContent = `Go on with ${record.name}`;
     button.parentElement.hidden = false;
+    button.disabled = lacking();
     button.addEventListener("click", guarded(() => resume(record)));
     element("forget").addEventListener("click", guarded(async () => {
         await forget();

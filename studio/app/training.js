@@ -3,7 +3,7 @@ import {fit} from "./fit.js";
 import {stepperOf} from "./gpu_steps.js";
 import {INPUTS, parameterCount, TILE} from "./kernel.js";
 import {layersOf, putLayers} from "./layers.js";
-import {stageCosts, timer} from "./plan.js";
+import {leastSteps, stageCosts, stepCost, timer} from "./plan.js";
 import {clampToQuantized, quantized} from "./quantize.js";
 
 // The training of a shape: level after level, each frozen before the next begins, then the texture (trainer/train.py).
@@ -11,6 +11,7 @@ const MID_GRAY = 0.5; // in every channel of the first texture
 const SEEDS = 1000; // seeds reserved for each seed of the visitor; the last is the texture's
 const TIMED = 4096; // points of a measurement that is timed
 const LEAST_SHARE = 0.4; // of a stage's seconds, that remains for its steps after the preparation
+const STEADY = 20; // steps after which their mean time says how fast the device is
 
 // Draws the weights of a new network, in the kernel's order (`initial` of trainer/networks/network.py). The weights of
 // the time and of padding neurons are zero. layout: {width, depth}; padded: width with padding.
@@ -39,25 +40,36 @@ export function initialWeights({width, depth}, padded, outputs, omega, outputFac
 // train a texture. gpu: text of the WebGPU kernel, or undefined. clock: returns the seconds of the training so far,
 // without pauses; end: of the training, as of the clock. start: {levels, texture, weights, share}, networks of an
 // earlier training: finished levels, and the weights of the next one at a share of its schedule, or null.
-// afterStep: called after each step with {stage, steps, share, done, loss, weights, levels, network, layout}: share of
-// the stage, done of the whole; may return a promise; "stop" ends the training.
+// afterStep: called after each step with {stage, steps, share, done, loss, weights, levels, network, layout, least, isLate,
+// left}: share of the stage, done of the whole; least: steps of the stage, where its time is over (isLate); left: seconds
+// of the whole; may return a promise; "stop" ends the training. tell: called with a stage, and what is done before or
+// after its steps.
 // Returns {levels: [{network, layout, weights, steps, share, loss, restarts, seconds, delta, lipschitz,
 // stepBound, bandStepBound, meanF, distance, angle}], texture: the same up to `seconds`, or null}.
-export async function trainShape(team, settings, config, {module, hasColors = false, gpu, clock, end, start, afterStep}) {
+export async function trainShape(team, settings, config, {module, hasColors = false, gpu, clock, end, start, afterStep, tell}) {
     const {exports: kernel} = await WebAssembly.instantiate(module);
     const trained = {levels: [...start?.levels ?? []], texture: start?.texture ?? null};
     const withTexture = hasColors && !trained.texture, costs = stageCosts(settings, config.budget, withTexture);
     const sum = (numbers) => numbers.reduce((total, number) => total + number, 0);
+    const networks = [...settings.levels, settings.texture];
     let {weights: resumed = null, share: first = 0} = start ?? {};
     for (let i = trained.levels.length; i < costs.length; ++i) {
+        tell?.(i, "preparing");
         const began = clock(), left = sum(costs.slice(i)) - first * costs[i];
         const due = began + (end - began) * (1 - first) * costs[i] / left, isTexture = i === settings.levels.length;
         const reserve = settings.steps || isTexture ? 0 : await measuringTime(team, settings, config, trained.levels);
         const prepare = isTexture ? textureStage : levelStage;
         const stage = await prepare(team, settings, config, trained.levels, due - began);
         if (resumed) stage.start = () => resumed.slice();
-        const least = clock() + LEAST_SHARE * (due - began), stageEnd = settings.steps ? null : Math.max(due - reserve, least);
-        const time = timer(first, settings.steps?.[i], clock, stageEnd);
+        const soonest = clock() + LEAST_SHARE * (due - began);
+        const stageEnd = settings.steps ? null : Math.max(due - reserve, soonest);
+        const least = leastSteps(settings, i, first), time = timer(first, least, clock, stageEnd), ready = clock();
+        const secondsLeft = (steps) => {
+            const now = clock(), each = steps < STEADY ? 0 : (now - ready) / steps;
+            const later = costs.map((_, k) => (k <= i ? 0 : ready - began + reserve
+                + leastSteps(settings, k) * each * stepCost(networks[k]) / stepCost(networks[i])));
+            return Math.max(end - now, Math.max(stageEnd - now, (least - steps) * each) + reserve + sum(later));
+        };
         const stepper = await stepperOf(team, gpu, stage.network, stage.part, settings.isOnGpu);
         const mine = isTexture ? () => {} : miner(team, stage, config, () => (stageEnd ?? Infinity) - clock());
         const outcome = await fit(stepper, {...stage, kernel}, time, async (state) => {
@@ -65,6 +77,7 @@ export async function trainShape(team, settings, config, {module, hasColors = fa
             return await afterStep({
                 ...state, stage: i, done: (sum(costs.slice(0, i)) + costs[i] * state.share) / sum(costs),
                 levels: trained.levels, network: stage.network, layout: stage.layout,
+                least, isLate: stageEnd && clock() > stageEnd, left: secondsLeft(state.steps),
             }) || (isMined && "changed");
         }).finally(stepper.end);
         const {weights, steps, share, loss, restarts} = outcome;
@@ -73,6 +86,7 @@ export async function trainShape(team, settings, config, {module, hasColors = fa
             trained.texture = {...network, seconds: clock() - began};
         } else {
             trained.levels.push(network);
+            tell?.(i, "measuring");
             await measured(team, trained.levels, config.measuring, settings.seed);
             trained.levels[i].seconds = clock() - began;
         }
@@ -137,7 +151,8 @@ export const paddedNetwork = ({width, depth}, outputs) => ({width: 4 * Math.ceil
 async function begun(team, question, settings, config, levels, network, index, seconds, more) {
     const {sampling, step} = config, size = team.workers.length, seed = settings.seed * SEEDS + index;
     const {smallest_pool: least, largest_pool: most, pool_per_step: each, pool_per_second: rate} = sampling;
-    const samples = settings.steps ? settings.steps[Math.min(index, settings.steps.length - 1)] * each : seconds * rate;
+    const fewest = leastSteps(settings, Math.min(index, settings.levels.length)) * each;
+    const samples = settings.steps ? fewest : Math.max(seconds * rate, fewest);
     const pool = Math.ceil(Math.min(Math.max(samples, least), most) / size);
     const part = TILE * Math.max(1, Math.round(Math.min(step.batch / 2 / size, pool) / TILE));
     await team.all(question, (k) => ({

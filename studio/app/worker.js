@@ -2,7 +2,7 @@ import {Batches, randomNumbers} from "./batches.js";
 import {bendOf} from "./bend.js";
 import {CloudShape} from "./cloud.js";
 import {cornersOf} from "./corners.js";
-import {fieldMesh} from "./field_mesh.js";
+import {fieldMesh, resolutionFor} from "./field_mesh.js";
 import {input, withFacets} from "./input.js";
 import {COLOR, DIRECTION, DISTANCE, GRADIENT, Kernel, NORMAL, SAMPLE, VALUE} from "./kernel.js";
 import {MeshError} from "./mesh_parts.js";
@@ -134,11 +134,11 @@ const answers = {
         return traced((rows) => addNested(kernel, levels, rows), levels.map(({delta}) => delta), aims, random, share);
     },
 
-    // Returns the surface of a trained model as {bytes, triangles} of a file. format: "ply" or "glb"; others: of
-    // fieldMesh().
-    mesh({format, levels, texture, resolution, place}) {
+    // Returns the surface of a trained model as {bytes, triangles} of a file. format: "ply" or "glb"; triangles: about their
+    // number; others: of fieldMesh().
+    mesh({format, levels, texture, triangles, place}) {
         task = null;
-        const mesh = fieldMesh(kernel, levels, texture, resolution, place);
+        const mesh = fieldMesh(kernel, levels, texture, resolutionFor(triangles, kernel, levels), place);
         return {bytes: format === "glb" ? glbBytes(mesh) : plyBytes(mesh), triangles: mesh.faces.length / 3};
     },
 };
