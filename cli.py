@@ -16,8 +16,8 @@ from typing import NoReturn
 
 from .api.hooks import describe_surface, loose_components, pack, pictures, surface_of
 from .demo import demo_verb
-from .extras import advice, install_and_repeat
 from .model.errors import UserError
+from .model.extras import advice, install_and_repeat
 from .model.files import show
 from .model.interrupts import ENDINGS, INTERRUPTED, ended_by
 from .model.verb import Verb

@@ -21,6 +21,7 @@ from inspect import getdoc, signature
 from typing import Any, Concatenate, ParamSpec, Protocol, TypeVar, cast, overload
 
 from .errors import UserError
+from .extras import advice
 from .files import show, show_value
 from .value_types import as_tuples, fits, words_of
 
@@ -144,7 +145,8 @@ class Takes(Protocol[Keywords, Schema_co]):
 def takes(schema: Callable[Keywords, Schema_co]) -> Takes[Keywords, Schema_co]:
     """Give a function the fields of a schema as keywords, in place of its last parameter, which receives the schema.
 
-    Type checkers, editors, `inspect.signature` and `help` see all of them.
+    Type checkers, editors, `inspect.signature` and `help` see all of them. Where a package is missing, the function
+    raises ModuleNotFoundError with a line that says how to install it.
     """
 
     def decorate(function: Callable[..., Result]) -> Callable[..., Result]:
@@ -156,7 +158,12 @@ def takes(schema: Callable[Keywords, Schema_co]) -> Takes[Keywords, Schema_co]:
         def call(*args: object, **keywords: object) -> Result:
             values = full.bind(*args, **keywords).arguments
             first = [values.pop(each.name) for each in leading]
-            return function(*first, cast(Any, schema)(**values))
+            try:
+                return function(*first, cast(Any, schema)(**values))
+            except ModuleNotFoundError as error:
+                if line := advice(error):
+                    raise ModuleNotFoundError(line, name=error.name) from None
+                raise
 
         call.__signature__ = full  # type: ignore[attr-defined]
         lines = [f"    {name}: {declared.help}" for name, declared in declarations(cast(Any, schema)).items()]

@@ -12,7 +12,8 @@ import pytest
 import trimesh
 from tqdm import tqdm
 
-from mplicits import cli, extras
+from mplicits import cli
+from mplicits.model import extras
 from mplicits.model.errors import UserError
 from mplicits.model.model_file import save
 from mplicits.model.options import Options
@@ -24,7 +25,7 @@ from support.random_model import random_model
 HEAVY = {"numpy", "safetensors", "PIL", "moderngl", "glfw", "tqdm", "scipy", "trimesh", "igl", "torch"}
 LOADED = """
 import json, sys
-from mplicits import cli, extras
+from mplicits import cli
 print(json.dumps([cli.main(sys.argv[1:]), *sys.modules]))
 """
 

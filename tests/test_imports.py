@@ -56,7 +56,7 @@ ROOMS = (
     *("trainer", "capture", "scenes", "mesher", "reporting", "site", "viewer", "api"),
 )
 FRONT_DOOR = {path.stem for path in ROOT.glob("*.py")} - {"__init__", "__main__"}
-"""Modules at the root: cli, demo, extras."""
+"""Modules at the root: cli, demo."""
 
 
 def unit_of(dotted: str) -> str:
@@ -163,7 +163,7 @@ def test_an_import_of_the_command_line_is_found(source: str) -> None:
         ("glsl", "from ...codegen import cli"),
         ("", "import torch.nn"),
         ("", "from demo import demo_verb"),
-        ("mesher", "from .. import extras"),
+        ("mesher", "from .. import demo"),
         ("", "from .glsl import load"),
     ],
 )

@@ -107,7 +107,7 @@ def test_the_wheel_holds_the_rooms_and_nothing_else(installed: Installed) -> Non
 
 @pytest.mark.slow
 def test_modules_of_the_user_s_own_are_not_taken_for_ours(installed: Installed, tmp_path: Path) -> None:
-    for name in ("model", "trainer", "viewer", "codegen", "glsl", "mesher", "cli", "demo", "extras"):
+    for name in ("model", "trainer", "viewer", "codegen", "glsl", "mesher", "cli", "demo"):
         (tmp_path / f"{name}.py").write_text(f"raise SystemExit('{name}.py of the user was imported')\n")
     save(random_model((16, 1)), tmp_path / "m.safetensors")
     assert installed.run("info", "m.safetensors", cwd=tmp_path).returncode == 0

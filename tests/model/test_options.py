@@ -87,3 +87,13 @@ def test_a_python_function_has_the_options_as_keywords() -> None:
         draw("m", color=1)  # type: ignore[call-arg]
     with pytest.raises(UserError, match="--size 1"):
         draw("m", 1)
+
+
+def test_a_function_says_how_to_install_what_it_lacks(monkeypatch: pytest.MonkeyPatch) -> None:
+    @takes(Drawing)
+    def mesh(options: Drawing) -> None:
+        raise ModuleNotFoundError("No module named 'igl'", name="igl")
+
+    monkeypatch.setattr("mplicits.model.extras.find_spec", lambda module: None)
+    with pytest.raises(ModuleNotFoundError, match=r"pip install 'mplicits\[mesh\]' \(220 MB\)"):
+        mesh()

@@ -141,7 +141,7 @@ def test_a_missing_package_is_named_with_its_extension_and_extra(
     extensions = {"KHR_draco_mesh_compression": compressed}
     write_scene(glb, {"attributes": {"POSITION": position}, "extensions": extensions}, tmp_path)
     monkeypatch.setitem(sys.modules, "DracoPy", None)
-    monkeypatch.setattr("mplicits.extras.find_spec", lambda module: None)
+    monkeypatch.setattr("mplicits.model.extras.find_spec", lambda module: None)
     monkeypatch.delenv("MPLICITS_RUN", raising=False)
     assert cli.main(["check", str(tmp_path / "a.glb")]) == 2
     said = (

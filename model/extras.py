@@ -19,8 +19,8 @@ class Extra:
 
 _MESH = {"igl", "lxml", "networkx", "scipy", "threadpoolctl", "trimesh"}
 EXTRAS = {
-    "train": Extra({*_MESH, "torch"}, "1.1 GB, with CUDA several"),
     "mesh": Extra(_MESH, "220 MB"),
+    "train": Extra({*_MESH, "torch"}, "1.1 GB, with CUDA several"),
     "cluster": Extra({"dask", "distributed"}, "40 MB"),
     "capture": Extra({"OpenEXR", "scipy"}, "150 MB"),
     "formats": Extra({"DracoPy", "laspy", "lazrs", "pye57", "pypcd4"}, "90 MB"),
@@ -43,12 +43,12 @@ def missing_module(error: ModuleNotFoundError) -> str | None:
     return None if not module or module in {*sys.stdlib_module_names, "mplicits"} or find_spec(module) else module
 
 
-def extra_of(module: str, preferred: str) -> str | None:
+def extra_of(module: str, preferred: str = "mesh") -> str | None:
     """Return the extra that brings a module: `preferred` if it does; None if no extra does."""
     return next((name for name in (preferred, *EXTRAS) if module in EXTRAS[name].modules), None)
 
 
-def advice(error: ModuleNotFoundError, preferred: str) -> str | None:
+def advice(error: ModuleNotFoundError, preferred: str = "mesh") -> str | None:
     """Say in one line how to install a missing module; None if the error is a bug. preferred: as of `extra_of`.
 
     The error's message may be the name of what needs the module.
