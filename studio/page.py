@@ -14,6 +14,7 @@ from ..trainer.config import TrainingConfig, default_config
 from ..trainer.options import CREASE
 from ..trainer.settings import DEFAULT_PRESET, PRESETS
 from ..web import packed_page, page, tiny_page
+from ..web.minified import short_script
 
 MESHES = (
     *("mesh_parts.js", "text_reader.js", "binary.js", "polygons.js", "places.js", "images.js", "surface_colors.js"),
@@ -24,13 +25,13 @@ MESHES = (
 """Modules that read shapes, in their order."""
 WORKER = (
     *MESHES,
-    *("training_error.js", "kernel.js", "batches.js", "curve.js", "surface.js", "tree.js", "neighbors.js", "bend.js"),
-    *("winding.js", "shape.js", "cloud.js", "sampling.js", "mining.js", "nested.js", "tracing.js", "marching.js"),
-    *("isosurface.js", "field_mesh.js", "mesh_writer.js", "worker.js"),
+    *("training_error.js", "kernel.js", "kernel_instance.js", "batches.js", "random.js", "curve.js", "surface.js"),
+    *("tree.js", "neighbors.js", "bend.js", "winding.js", "shape.js", "cloud.js", "sampling.js", "mining.js"),
+    *("nested.js", "tracing.js", "marching.js", "isosurface.js", "field_mesh.js", "mesh_writer.js", "worker.js"),
 )
 """Modules of the workers' script, in its order."""
 TRAINER = (
-    *("training_error.js", "kernel.js", "batches.js", "optimizer.js", "team.js", "plan.js", "fit.js"),
+    *("training_error.js", "kernel.js", "random.js", "optimizer.js", "team.js", "plan.js", "fit.js"),
     *("gpu_kernel.js", "gpu_steps.js"),
     *("layers.js", "training.js", "orientation.js", "model_file.js"),
 )
@@ -48,7 +49,7 @@ LABELS = {"tiny": "Tiny 6+ kB", "small": "Small 17+ kB", "base": "Base 60+ kB"}
 SECONDS = {"tiny": 10, "small": 30, "base": 60}
 """Default seconds of a training."""
 CONFIG = ("loss", "step", "sampling", "mining", "texture", "measuring", "budget", "bend")
-"""Parts of `TrainingConfig` that the page reads."""
+"""Parts of `TrainingConfig` of which the page reads something."""
 LIMITS = {"width": 256, "depth": 7, "levels": 8}
 """Limits of levels; the kernel's arrays hold 8 layers of sines."""
 
@@ -99,13 +100,14 @@ def _element(name: str, kind: str, text: str) -> str:
 def page_facts(config: TrainingConfig | None = None, fixed: dict[str, Any] | None = None) -> dict[str, Any]:
     """Return the facts of the studio, `facts.studio` in app/. config, fixed: see `studio`."""
     config = config or default_config()
+    words = set(re.findall(r"\w+", short_script(script((*WORKER, *STUDIO)))))
     lengths = config.lengths
     presets = {
         name: {"label": label, "levels": PRESETS[name].levels, "packed": PRESETS[name].packed, "seconds": SECONDS[name]}
         for name, label in LABELS.items()
     }
     return {
-        "config": {name: asdict(getattr(config, name)) for name in CONFIG},
+        "config": _named({name: asdict(getattr(config, name)) for name in CONFIG}, words),
         "presets": presets,
         "preset": DEFAULT_PRESET,
         "crease": CREASE,
@@ -116,6 +118,13 @@ def page_facts(config: TrainingConfig | None = None, fixed: dict[str, Any] | Non
         "limits": LIMITS,
         "upright": UPRIGHT,
         "plain": plain_color(),
+    }
+
+
+def _named(values: dict[str, Any], words: set[str]) -> dict[str, Any]:
+    """Return the values, at any depth, whose keys are among words."""
+    return {
+        key: _named(value, words) if isinstance(value, dict) else value for key, value in values.items() if key in words
     }
 
 

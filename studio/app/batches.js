@@ -29,13 +29,3 @@ export class Batches {
         this.next = 0;
     }
 }
-
-// Returns a generator of numbers in [0, 1) (mulberry32).
-export function randomNumbers(seed) {
-    return () => {
-        seed = (seed + 0x6d2b79f5) | 0;
-        let t = Math.imul(seed ^ (seed >>> 15), 1 | seed);
-        t = (t + Math.imul(t ^ (t >>> 7), 61 | t)) ^ t;
-        return ((t ^ (t >>> 14)) >>> 0) / 2 ** 32;
-    };
-}

@@ -1,5 +1,5 @@
-import {randomNumbers} from "./batches.js";
 import {NORMAL, SAMPLE} from "./kernel.js";
+import {randomNumbers} from "./random.js";
 
 const BEND_SEED = 0xbe4d, BENDS_AT = 400; // points whose neighbors are compared
 const FEWEST_BENDS = 100; // pairs of points that a median needs

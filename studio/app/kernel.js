@@ -1,4 +1,4 @@
-// A network in the WebAssembly kernel (kernel/siren.c).
+// The numbers that a network has in the kernel (kernel/siren.c).
 export const INPUTS = 4, TILE = 64, SAMPLE = 12, RESULT = 4; // floats of a sample, of a result
 export const VALUE = 4, GRADIENT = 5, DISTANCE = 8, NORMAL = 9; // first columns of a sample's entries
 export const DIRECTION = 4, COLOR = 8; // of a texture's sample
@@ -7,42 +7,4 @@ export const FACTORS = ["value", "normal", "distance", "eikonal", "length", "exc
 // Number of parameters of a {width, depth, outputs} network in the kernel's order (siren.c).
 export function parameterCount({width, depth, outputs}) {
     return (INPUTS + 1) * width + depth * (width + 1) * width + outputs * (width + 1);
-}
-
-export class Kernel {
-    // module: the compiled WebAssembly.Module.
-    constructor(module) {
-        this.exports = new WebAssembly.Instance(module).exports;
-    }
-
-    // Prepares for a network, and for at most `most` samples. Arrays of an earlier network are lost.
-    prepare(network, most) {
-        const {exports} = this;
-        exports.prepare(network.width, network.depth, network.outputs, most);
-        const floats = (at, count) => new Float32Array(exports.memory.buffer, at(), count);
-        this.most = most;
-        this.weights = floats(exports.weights_at, parameterCount(network));
-        this.gradient = floats(exports.gradient_at, parameterCount(network));
-        this.samples = floats(exports.samples_at, SAMPLE * most);
-        this.results = floats(exports.results_at, RESULT * most);
-        this.terms = floats(exports.terms_at, 5);
-        this.factors = floats(exports.factors_at, FACTORS.length);
-    }
-
-    // Sets the factors of a level's loss, by the names of `LossWeights` in trainer/config.py.
-    setLoss(weights) {
-        this.factors.set(FACTORS.map((name) => weights[name]));
-    }
-
-    // Evaluates the network at rows of SAMPLE floats, and adds its value and gradient to each row's columns 4 to 7.
-    addField(rows) {
-        for (let start = 0; start < rows.length; start += SAMPLE * this.most) {
-            const part = rows.subarray(start, start + SAMPLE * this.most), count = part.length / SAMPLE;
-            this.samples.set(part);
-            this.exports.evaluate(TILE * Math.ceil(count / TILE));
-            for (let i = 0; i < count; ++i) {
-                for (let k = 0; k < RESULT; ++k) part[SAMPLE * i + VALUE + k] += this.results[RESULT * i + k];
-            }
-        }
-    }
 }

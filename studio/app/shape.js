@@ -1,8 +1,8 @@
-import {randomNumbers} from "./batches.js";
 import {cutTriangle, flatFacets} from "./curved.js";
 import {crossProducts} from "./face_normals.js";
 import {NORMAL, SAMPLE} from "./kernel.js";
 import {demand} from "./mesh_parts.js";
+import {randomNumbers} from "./random.js";
 import {Surface} from "./surface.js";
 import {SurfaceColors} from "./surface_colors.js";
 import {Tree} from "./tree.js";

@@ -109,6 +109,7 @@ async function train(chosen, start, began) {
     const mine = state.training = {isPaused: false, isStopped: false, paused: 0, live: null};
     const clock = () => (performance.now() - began) / 1000 - mine.paused;
     showPicture("mesh");
+    element("more").open = false;
     update("Preparing");
     await pause(0); // a task of its own
     try {

@@ -1,10 +1,10 @@
-import {randomNumbers} from "./batches.js";
 import {fit} from "./fit.js";
 import {stepperOf} from "./gpu_steps.js";
 import {INPUTS, parameterCount, TILE} from "./kernel.js";
 import {layersOf, putLayers} from "./layers.js";
 import {leastSteps, stageCosts, stepCost, timer} from "./plan.js";
 import {clampToQuantized, quantized} from "./quantize.js";
+import {randomNumbers} from "./random.js";
 
 // The training of a shape: level after level, each frozen before the next begins, then the texture (trainer/train.py).
 const MID_GRAY = 0.5; // in every channel of the first texture

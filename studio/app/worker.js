@@ -1,14 +1,16 @@
-import {Batches, randomNumbers} from "./batches.js";
+import {Batches} from "./batches.js";
 import {bendOf} from "./bend.js";
 import {CloudShape} from "./cloud.js";
 import {cornersOf} from "./corners.js";
 import {fieldMesh, resolutionFor} from "./field_mesh.js";
 import {input, withFacets} from "./input.js";
-import {COLOR, DIRECTION, DISTANCE, GRADIENT, Kernel, NORMAL, SAMPLE, VALUE} from "./kernel.js";
+import {COLOR, DIRECTION, DISTANCE, GRADIENT, NORMAL, SAMPLE, VALUE} from "./kernel.js";
+import {Kernel} from "./kernel_instance.js";
 import {MeshError} from "./mesh_parts.js";
 import {glbBytes, plyBytes} from "./mesh_writer.js";
 import {hardSamples} from "./mining.js";
 import {addNested, addNetwork} from "./nested.js";
+import {randomNumbers} from "./random.js";
 import {bandPoints, bandSamples, domainSamples, findStrays} from "./sampling.js";
 import {Shape} from "./shape.js";
 import {traced} from "./tracing.js";

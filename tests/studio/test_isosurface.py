@@ -79,7 +79,7 @@ OF_LEVELS = """async ([wasm, asked, text, margin]) => {
     addNested(kernel, levels, rows, margin);
     return textOf(rows);
 }"""
-FIELD = ("training_error.js", "kernel.js", "sampling.js", "nested.js")
+FIELD = ("training_error.js", "kernel.js", "kernel_instance.js", "sampling.js", "nested.js")
 Meshed = Callable[..., Any]
 SURFACE = ("training_error.js", "kernel.js", "marching.js", "isosurface.js", "mesh_writer.js")
 

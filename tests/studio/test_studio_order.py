@@ -42,20 +42,23 @@ def said(visited: Visit, text: str) -> None:
 
 
 def test_a_training_keeps_the_stage(browser: "Browser", tmp_path: Path) -> None:
-    """From other files that are dropped, and through a lost context."""
+    """Until the visitor gives it to another file that is dropped, and through a lost context."""
     file = write_page(tmp_path / "studio.html", (60, 200_000, 60))
+    asked: list[str] = []
     with visit(browser, file, size=(500, 400), share=0.1, script=HELD) as visited:
         page = visited.page
+        page.on("dialog", lambda dialog: (asked.append(dialog.message), dialog.dismiss()))
         ready(visited)
         visited.drop(ball(), "ball.stl")
         visited.until("document.getElementById('report').textContent === 'Reading'")
         visited.drop(ball(), "second.stl")
-        said(visited, "second.stl: wait until the first shape is read")
+        said(visited, "second.stl: not opened")
         page.evaluate("window.read()")
         visited.until("document.getElementById('report').textContent.startsWith('Level 2')")
         visited.until("!document.documentElement.hasAttribute('data-preview')")  # the field is drawn
         visited.drop(to_bytes(random_model((4, 0), name="other")), "other.safetensors")
-        said(visited, "other.safetensors: stop the training first")
+        said(visited, "other.safetensors: not opened")
+        assert asked == [f"Stop this training and open {name}?" for name in ("second.stl", "other.safetensors")]
         assert page.title() == "ball"
         page.evaluate(LOSE)
         visited.until("document.documentElement.dataset.state === 'lost'")
@@ -67,6 +70,28 @@ def test_a_training_keeps_the_stage(browser: "Browser", tmp_path: Path) -> None:
         page.wait_for_selector("#download")
         visited.still()
         assert (page.title(), visited.message(), visited.console) == ("ball", "", [])
+
+
+@pytest.mark.parametrize("moment", ["reading", "training"])
+def test_another_shape_takes_the_stage_where_the_visitor_agrees(
+    moment: str, browser: "Browser", tmp_path: Path
+) -> None:
+    file = write_page(tmp_path / "studio.html", (200_000, 60, 60))
+    with visit(browser, file, size=(500, 400), share=0.1, script=HELD if moment == "reading" else "") as visited:
+        page = visited.page
+        page.on("dialog", lambda dialog: dialog.accept())
+        ready(visited)
+        visited.drop(ball(), "ball.stl")
+        line = "Reading" if moment == "reading" else "Level 1"
+        visited.until(f"document.getElementById('report').textContent.startsWith('{line}')")
+        visited.drop(ball(), "second.stl")
+        if moment == "reading":
+            page.evaluate("window.read()")
+            visited.until("document.title === 'ball' && document.getElementById('report').textContent === 'Reading'")
+            page.evaluate("window.read()")
+        visited.until("document.title === 'second'")
+        visited.until("document.getElementById('report').textContent.startsWith('Level 1')")
+        assert (page.title(), visited.message(), visited.console) == ("second", "", [])
 
 
 def test_a_video_that_lost_its_context_may_be_recorded_again(browser: "Browser", tmp_path: Path) -> None:
