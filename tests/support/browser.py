@@ -2,7 +2,7 @@
 
 import io
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -39,12 +39,15 @@ _FOLLOW = """hash => new Promise(done => {
 
 
 @contextmanager
-def chromium(driver: str = "SwiftShader") -> Iterator["Browser"]:
-    """Start Debian's Chromium, headless, on one of DRIVERS. Skips the test where it or Playwright is not installed."""
+def chromium(driver: str = "SwiftShader", flags: Sequence[str] = ()) -> Iterator["Browser"]:
+    """Start Debian's Chromium, headless, on one of DRIVERS. Skips the test where it or Playwright is not installed.
+
+    flags: further ones.
+    """
     sync_api = needs.package("playwright.sync_api")
     path = needs.program("Chromium")
     with sync_api.sync_playwright() as playwright:
-        flags = ["--use-gl=angle", f"--use-angle={DRIVERS[driver]}"]
+        flags = [*flags, "--use-gl=angle", f"--use-angle={DRIVERS[driver]}"]
         flags += ["--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
         flags += ["--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader"]
         environment = {**os.environ, "EGL_PLATFORM": "surfaceless"}
@@ -125,29 +128,34 @@ def listen(page: "Page", lines: list[str]) -> None:
     page.on("pageerror", lambda error: lines.append(str(error)))
 
 
+def address(page: Path | str) -> str:
+    """Return the address of a page. page: its file or its address."""
+    return page if isinstance(page, str) else page.absolute().as_uri()
+
+
 @contextmanager
 def visit(
     browser: "Browser",
-    path: Path,
+    path: Path | str,
     size: tuple[int, int] = (640, 640),
     share: float = 0.2,
     script: str = "",
     hash_: str = "",
     **options: Any,
 ) -> Iterator[Visit]:
-    """Open the file `path` without a network.
+    """Open the file `path`, or an address, without a network.
 
     size: of the window, CSS pixels; share: device pixels per CSS pixel; script: JavaScript that runs before the page's
     own; hash_: of the URL, including `#`; options: further options of Playwright's new_context.
     """
     window: dict[str, Any] = {"viewport": {"width": size[0], "height": size[1]}, "color_scheme": "dark"}
-    context = browser.new_context(offline=True, device_scale_factor=share, **window | options)
+    context = browser.new_context(device_scale_factor=share, **{"offline": True} | window | options)
     context.set_default_timeout(PATIENCE)
     page = context.new_page()
     visited = Visit(page)
     listen(page, visited.console)
     if script:
         page.add_init_script(script)
-    page.goto(path.absolute().as_uri() + hash_)
+    page.goto(address(path) + hash_)
     yield visited
     context.close()

@@ -5,6 +5,7 @@ Marionette is Firefox's own remote protocol: each message is its length in bytes
 """
 
 import json
+import os
 import socket
 import subprocess
 import time
@@ -89,17 +90,20 @@ class Firefox:
 
 
 @contextmanager
-def firefox(profile: Path, environment: dict[str, str], more: Mapping[str, Any] = {}) -> Iterator[Firefox]:
-    """Start Firefox with a new profile in an empty folder, to which it also downloads. more: further preferences.
+def firefox(
+    profile: Path, environment: dict[str, str], more: Mapping[str, Any] = {}, printed: Path | None = None
+) -> Iterator[Firefox]:
+    """Start Firefox with a new profile in an empty folder, to which it also downloads.
 
-    Skips the test if it is not installed.
+    more: further preferences. printed: a file for what it prints. Skips the test if it is not installed.
     """
     path = needs.program("Firefox")
     preferences = PREFERENCES | dict(more) | {"browser.download.folderList": 2, "browser.download.dir": str(profile)}
     lines = [f"user_pref({json.dumps(name)}, {json.dumps(value)});\n" for name, value in preferences.items()]
     (profile / "user.js").write_text("".join(lines))
     command = [path, "--marionette", "--no-remote", "--profile", str(profile), "about:blank"]
-    process = subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    with (printed or Path(os.devnull)).open("a") as output:
+        process = subprocess.Popen(command, env=environment, stdout=output, stderr=output)
     try:
         port, end = profile / "MarionetteActivePort", time.monotonic() + PATIENCE
         while not (port.exists() and port.read_text()):

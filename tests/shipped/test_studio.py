@@ -1,0 +1,80 @@
+"""The studio trains each of its examples, saves it, and stands every button and condition."""
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from support.conditions import CONDITIONS, check_line, conditioned
+from support.likeness import check_alike
+from support.presses import press_everything
+from support.references import SHARE, STILL, inner, rendered
+from support.stranger import Stranger
+from support.studio_visit import save
+from support.tabs import Tab, chromium_tab, firefox_tab, steady
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+pytestmark = pytest.mark.slow
+
+SIZE = (480, 520)
+"""CSS pixels of the window: the bar is below the picture."""
+EXAMPLES = 3
+TRAINED = "document.getElementById('download')"
+OFF = re.compile(r"off by (\d\.\de-\d) of the radius · normals by (\d+\.\d)°")
+
+
+def train(tab: Tab, example: int) -> tuple[float, float]:
+    """Train an example with the preset "tiny". Returns the figures that the page says: distance and degrees."""
+    tab.until("'ready' in document.documentElement.dataset")
+    tab.evaluate("document.querySelector('#preset input[value=tiny]').click()")
+    assert tab.evaluate("document.querySelectorAll('#examples button').length") == EXAMPLES
+    tab.evaluate(f"document.querySelectorAll('#examples button')[{example}].click()")
+    tab.until(f"{TRAINED} && {STILL}")
+    told = tab.evaluate("document.getElementById('report').textContent")
+    figures = OFF.search(told)
+    assert figures, told
+    return float(figures[1]), float(figures[2])
+
+
+def check_trained(tab: Tab, example: int) -> None:
+    """Train an example, and look at the figures: the shape is there."""
+    distance, degrees = train(tab, example)
+    assert distance < 1e-2
+    assert degrees < 25
+
+
+@pytest.mark.parametrize("example", range(EXAMPLES))
+def test_chromium(example: int, browser: "Browser", shipped: Stranger, tmp_path: Path) -> None:
+    """The picture is that of `mplicits render` of the saved model, which is as near to the shape as the page says."""
+    with chromium_tab(browser, shipped.folder / "studio.html", SIZE, SHARE) as tab:
+        check_trained(tab, example)
+        path = tmp_path / f"{example}.safetensors"
+        save(tab.visit, "#download", path)
+        area = tab.evaluate("[...['width', 'height'].map((side) => document.getElementById('view')[side])]")
+        shown = steady(tab)[: area[1], : area[0]]
+        drawn = rendered(shipped, str(path), tab.evaluate("location.hash"), shade="phong", size=area)
+        check_alike(inner(shown), inner(drawn), f"studio-{example}")
+        if not example:
+            press_everything(tab.visit, "#exports")
+        assert tab.console() == []
+
+
+def test_firefox(shipped: Stranger, tmp_path: Path) -> None:
+    with firefox_tab(tmp_path, SIZE, SHARE) as tab:
+        tab.open(shipped.folder / "studio.html")
+        check_trained(tab, 0)
+        assert tab.console() == []
+
+
+@pytest.mark.parametrize("name", CONDITIONS)
+def test_conditions(name: str, browser: "Browser", shipped: Stranger) -> None:
+    """It trains, or says in one line what is missing."""
+    with conditioned(browser, shipped.folder / "studio.html", CONDITIONS[name], SIZE, SHARE) as tab:
+        if CONDITIONS[name].says:
+            check_line(tab, CONDITIONS[name].says)
+            press_everything(tab.visit)
+        else:
+            check_trained(tab, 0)

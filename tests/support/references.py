@@ -1,0 +1,73 @@
+"""What a page of a shipped model should show: the picture of `mplicits render`, or of its Shadertoy text on OSMesa."""
+
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from mplicits.viewer.draw.context import Context
+from support.likeness import check_alike
+from support.shadertoy import picture
+from support.stranger import Stranger
+from support.tabs import Picture, Tab, steady
+
+SIZE, SHARE = (480, 360), 1 / 3
+"""CSS pixels of a window, and pixels for each, along each axis: a CPU draws them."""
+PIXELS = (160, 120)
+"""Pixels of a picture."""
+DRAG = ((200, 150), (260, 170))
+"""Where a drag begins and ends, CSS pixels."""
+STILL = "document.documentElement.dataset.state === 'still'"
+"""Whether a page's picture is complete."""
+
+
+def inner(picture: Picture) -> Picture:
+    """Return the part of a page's picture that nothing covers."""
+    height, width = picture.shape[:2]
+    return picture[round(0.15 * height) : round(0.85 * height), round(0.2 * width) : round(0.8 * width)]
+
+
+def rendered(
+    shipped: Stranger,
+    model: str,
+    camera: str = "",
+    shade: str = "studio",
+    size: tuple[int, int] = PIXELS,
+    transparent: bool = False,
+) -> Picture:
+    """Return the picture that `mplicits render` draws of a model, (H, W, 3), or (H, W, 4) if it is transparent.
+
+    camera: hash of a page's address.
+    """
+    values = dict(part.split("=") for part in camera.lstrip("#").split("&") if part)
+    view = ",".join(values[key] for key in ("az", "el", "d") if key in values)
+    path = shipped.folder / "pictures" / f"{Path(model).name} {view} {shade} {size[0]}x{size[1]}.png"
+    if not path.exists():
+        shipped.run("mkdir -p pictures")
+        words = f"--size {size[0]}x{size[1]} --shade {shade} --samples 16" + (f" --camera={view}" if view else "")
+        words += " --transparent" * transparent
+        shipped.run(f"mplicits render {model} {words} -o '{path}'")
+    return np.asarray(Image.open(path).convert("RGBA" if transparent else "RGB"), np.int16)
+
+
+def check_page(tab: Tab, shipped: Stranger, name: str) -> None:
+    """Compare a page of a model with `mplicits render`, before and after a drag."""
+    tab.until(STILL)
+    check_alike(inner(steady(tab)), inner(rendered(shipped, name)), f"{name}-page")
+    tab.drag(*DRAG)
+    tab.until(f"location.hash && {STILL}")
+    after, camera = steady(tab), tab.evaluate("location.hash")
+    check_alike(inner(after), inner(rendered(shipped, name, camera)), f"{name}-page-turned")
+
+
+def check_tiny(tab: Tab, shipped: Stranger, name: str, osmesa: Context) -> None:
+    """Compare a tiny page with its Shadertoy text, before and after a drag."""
+    text = (
+        (shipped.folder / "site" / f"{name}.frag").read_text(encoding="utf-8").replace("#define AA 1", "#define AA 2")
+    )
+    tab.until("document.querySelector('canvas')?.width > 100")
+    check_alike(steady(tab), picture(osmesa, text, size=PIXELS), f"{name}-tiny")
+    tab.drag(*DRAG)
+    x, y, to_x, to_y = (SHARE * number for point in DRAG for number in point)
+    mouse = (to_x, PIXELS[1] - to_y, x, PIXELS[1] - y)
+    check_alike(steady(tab), picture(osmesa, text, mouse, size=PIXELS), f"{name}-tiny-turned")
