@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 SIDE = 240
 SLOW = [
-    ("const isSlow = variants.current.cost * width * height > motion.goal;", "const isSlow = window.slow;"),
+    ("const isSlow = this.time(kept.scale < ENOUGH ? COARSEST : ENOUGH) > motion.goal;", "const isSlow = window.slow;"),
     ("coming.spent += await painter.batch(", "if (!window.hold) coming.spent += await painter.batch("),
     (
         "if (performance.now() >= renderer.restAt) return",

@@ -165,6 +165,23 @@ def test_bar_status_line_and_live_region_report_the_state(browser: "Browser", pa
         assert visited.console == []
 
 
+def test_a_gesture_is_seen_before_the_shader_is_compiled(browser: "Browser", page_file: Path) -> None:
+    """The poster turns with the keys; the first frame, however coarse, replaces it."""
+    with visit(browser, page_file, WINDOW, SHARE, HOLD) as visited:
+        visited.until("document.documentElement.dataset.state === 'compiling'")
+        before = picture(visited)
+        for _ in range(4):
+            visited.page.keyboard.press("ArrowLeft")
+        assert visited.page.inner_text("#status") == "Compiling the shader · the view follows in a moment"
+        assert np.abs(picture(visited) - before).max() > 20
+        visited.page.evaluate("window.held = false")
+        visited.until("'drawn' in document.documentElement.dataset")
+        assert visited.root("state") == "drawing"
+        visited.page.evaluate("window.slow = false")
+        visited.still()
+        assert visited.console == []
+
+
 @pytest.mark.parametrize("background", [*QUICK, *(pytest.param(name, marks=pytest.mark.slow) for name in OTHERS)])
 def test_every_text_has_contrast_on_every_background(background: str, wide: Visit) -> None:
     wide.page.evaluate("name => document.querySelector(`#background input[value=${name}]`).click()", background)

@@ -1,64 +1,84 @@
-// During motion, where the device is too slow for coarse pixels: the last good picture, reprojected to the present
-// camera, while a picture of enough pixels is drawn for the next one.
-const ENOUGH = 1 / 2; // least resolution of a picture, along each axis, that may replace a better one
+// During motion on a device that is too slow for coarse pixels in time: the last picture, reprojected to the present camera,
+// while another is drawn.
+export const COARSEST = 1 / 16; // smallest resolution relative to the canvas, along each axis
+const ENOUGH = 1 / 2; // resolution from which a picture is good: it is reprojected rather than drawn coarsely
+const HURRY = 400; // milliseconds for a picture in place of one that is not good, or too far away
 const FARTHEST_TURN = 25; // degrees of a reprojection; farther, the picture waits
+
+// Returns the turn between two angles, degrees from -180 to 180.
+const turnBetween = (angle, start) => (angle - start + 540) % 360 - 180;
+
+// Returns the angle nearest to `angle` to which a picture seen from the angle `start` may be reprojected.
+export const nearAngle = (angle, start) => (
+    start + Math.max(-FARTHEST_TURN, Math.min(FARTHEST_TURN, turnBetween(angle, start))));
 
 export class Following {
     constructor(renderer) {
         this.renderer = renderer;
-        this.scene = null; // of the good picture: `shown`, or without one renderer.still; null: there is none
-        this.shown = this.coming = null; // {picture, camera}: the good picture; the one in work, also with its pass
+        this.kept = null; // {scene, scale, name} of the last picture, null for none; name: of a property of the renderer
+        this.shown = this.coming = null; // {picture, camera, scale}: the last picture; the one in work, also with its pass
     }
 
-    get size() {
-        return this.renderer.size.map((side) => Math.max(1, Math.round(ENOUGH * side)));
+    // Milliseconds to draw a picture of a resolution.
+    time(scale) {
+        const {variants, size: [width, height]} = this.renderer;
+        return variants.current.cost * width * height * scale ** 2;
     }
 
-    // Whether enough pixels take too long for a frame, while the canvas shows a good picture of the same model with the
-    // same options, or is covered by one.
+    // Whether frames take too long, while there is a picture of the same model with the same options.
     get isBetter() {
-        const {scene, pace, motion, fresh, variants, listener} = this.renderer, [width, height] = this.size;
-        const isSlow = variants.current.cost * width * height > motion.goal;
-        if (!isSlow || fresh || pace !== motion || scene.options.resolution !== "auto") return false;
-        const options = (of) => JSON.stringify(of.options);
-        return Boolean(this.scene ? this.scene.model === scene.model && options(this.scene) === options(scene)
-            : listener.covered?.());
+        const {scene, pace, motion} = this.renderer, {kept} = this, options = (of) => JSON.stringify(of.options);
+        if (!kept || pace !== motion || scene.options.resolution !== "auto") return false;
+        const isSlow = this.time(kept.scale < ENOUGH ? COARSEST : ENOUGH) > motion.goal;
+        return isSlow && kept.scene.model === scene.model && options(kept.scene) === options(scene);
     }
 
-    // Draws the next tiles, and the good picture; at rest, leaves both to the refinement.
+    // Whether the shown picture is good for the present camera.
+    get isGood() {
+        const {shown, renderer: {scene: {camera}}} = this;
+        const isNear = (angle) => Math.abs(turnBetween(camera[angle], shown.camera[angle])) <= FARTHEST_TURN;
+        return shown.scale >= ENOUGH && isNear("azimuth") && isNear("elevation");
+    }
+
+    // Draws the next tiles, and the last picture; at rest, leaves both to the refinement.
     async step() {
-        const {renderer} = this, {painter, scene} = renderer, {current} = renderer.variants;
-        if (!this.shown && this.scene) {
-            this.shown = {picture: renderer.still, camera: this.scene.camera};
-            renderer.still = null;
+        const {renderer, kept} = this, {painter, scene} = renderer, {current} = renderer.variants;
+        if (!this.shown) {
+            this.shown = {picture: renderer[kept.name], camera: kept.scene.camera, scale: kept.scale};
+            renderer[kept.name] = null;
         }
-        if (performance.now() >= renderer.restAt) return this.shown ? this.rest() : renderer.drawQuick();
-        this.coming ??= {
-            camera: scene.camera, picture: painter.sized(null, this.size),
-            pass: renderer.pass(scene, this.size, 0), spent: 0,
-        };
+        if (performance.now() >= renderer.restAt) return this.rest();
+        const {isGood} = this;
+        if (this.coming?.isHurried === isGood) this.forget("coming");
+        this.coming ??= this.begin(isGood);
         const {coming} = this;
         coming.spent += await painter.batch(current, coming.pass, coming.picture, 1);
         if (!coming.pass.tiles.length) {
-            const {picture: {width, height}, spent} = coming;
+            const {picture: {width, height}, spent, scale, camera} = coming;
             this.forget("shown");
-            Object.assign(this, {shown: coming, coming: null, scene: {...scene}});
+            Object.assign(this, {shown: coming, coming: null, kept: {scene: {...scene, camera}, scale}});
             renderer.listener.frame({milliseconds: spent, size: [width, height], samples: 1, settled: false});
         }
-        if (this.shown) this.put();
+        this.put();
     }
 
-    // Draws the good picture to the canvas, or, as linear light, to another picture.
+    begin(isGood) {
+        const {painter, scene, size} = this.renderer, {camera} = scene;
+        const scale = isGood ? ENOUGH : Math.max(COARSEST, Math.min(ENOUGH, Math.sqrt(HURRY / this.time(1))));
+        const pixels = size.map((side) => Math.max(1, Math.round(scale * side)));
+        const picture = painter.sized(null, pixels), pass = this.renderer.pass(scene, pixels, 0);
+        return {camera, picture, pass, scale, isHurried: !isGood, spent: 0};
+    }
+
+    // Draws the last picture to the canvas, or, as linear light, to another picture.
     put(onto = null) {
         const {painter, scene} = this.renderer, {picture, camera} = this.shown;
-        const near = (angle, start) => (
-            start + Math.max(-FARTHEST_TURN, Math.min(FARTHEST_TURN, (angle - start + 540) % 360 - 180)));
-        const azimuth = near(scene.camera.azimuth, camera.azimuth);
-        const elevation = near(scene.camera.elevation, camera.elevation);
+        const azimuth = nearAngle(scene.camera.azimuth, camera.azimuth);
+        const elevation = nearAngle(scene.camera.elevation, camera.elevation);
         painter.put(picture, onto, [camera, {...scene.camera, azimuth, elevation}]);
     }
 
-    // Begins the refinement, with the good picture.
+    // Begins the refinement, with the last picture.
     rest() {
         const {renderer} = this, {painter, device} = renderer;
         this.forget("coming");
@@ -70,17 +90,17 @@ export class Following {
         renderer.rest(0, 0);
     }
 
-    // renderer.still is a good picture of the present scene.
-    keep() {
+    // The renderer's picture `name`, "still" or "quick", shows a scene at a resolution.
+    keep(name, scene, scale) {
         this.spoil();
-        this.scene = {...this.renderer.scene};
+        this.kept = {name, scene, scale};
     }
 
-    // Forgets the good picture, because renderer.still is drawn anew.
+    // Forgets the picture, because it is drawn anew.
     spoil() {
         this.forget("shown");
         this.forget("coming");
-        this.scene = null;
+        this.kept = null;
     }
 
     forget(name) {

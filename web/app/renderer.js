@@ -1,31 +1,29 @@
 import {DeviceError, nextFrame, pause} from "./device.js";
-import {Following} from "./following.js";
+import {COARSEST, Following} from "./following.js";
 import {Painter} from "./painter.js";
 import {withOptions, jitter, uniforms} from "./uniforms.js";
 import {Variants} from "./variants.js";
 
 // Schedules the drawing in slices of some milliseconds, so that the page never freezes: coarse pixels during motion, or
-// where those would be too coarse, the last good picture (following.js); then all pixels, then further samples where
+// where those take too long, the last picture (following.js); then all pixels, then further samples where
 // they matter. It draws only after changes.
 const SMOOTH = 33, LIVE = 300; // milliseconds of a frame: during motion, and of a training
-const COARSEST = 1 / 16; // smallest resolution relative to the canvas, along each axis
 const REST = 160; // milliseconds without a change before refinement
 const SAMPLES = 16; // largest number of samples per pixel
 const PATIENCE = 15000; // milliseconds of refinement before the last sample
 
 export class Renderer {
     // source(name): the text of a GLSL file in the page. listener: {frame({milliseconds, size, samples, settled}),
-    // progress(size, share), stored(storage, error), trying(isTried), failed(error), covered(): optional, whether
-    // another picture hides the canvas}.
+    // progress(size, share), stored(storage, error), trying(isTried), failed(error)}.
     constructor(canvas, source, listener) {
         const loaded = () => {
             this.fresh = true;
             this.change(true);
         };
         Object.assign(this, {canvas, listener, scene: {}, painter: new Painter(canvas, source)});
-        this.variants = new Variants(this.painter, this.scene, {...listener, loaded});
+        this.variants = new Variants(this.painter, this.scene, {...listener, loaded, settled: () => this.settled});
         this.version = this.saving = 0;
-        this.motion = {goal: SMOOTH, scale: 1 / 8}; // milliseconds of a coarse frame, and the resolution for it
+        this.motion = {goal: SMOOTH, scale: COARSEST}; // milliseconds of a coarse frame, and the resolution for it
         this.live = {goal: LIVE, scale: 1 / 8};
         this.pace = this.motion;
         this.patience = PATIENCE;
@@ -151,15 +149,26 @@ export class Renderer {
         return this.following.isBetter ? this.following.step() : this.drawQuick();
     }
 
+    // Returns the picture "still" or "quick" in a size. A new one begins as the last one: a canvas that is resized meanwhile
+    // would show black tiles.
+    begun(name, size) {
+        const {painter, [name]: own} = this, last = this.quick ?? this.still;
+        if (own?.width === size[0] && own.height === size[1]) return own;
+        const picture = this[name] = painter.sized(null, size);
+        if (last) painter.put(last, picture);
+        if (own) this.device.release(own);
+        return picture;
+    }
+
     // Draws a frame at a resolution that fits the last frames' times. A model's first frame shows level 1.
     async drawQuick() {
         this.following.spoil();
-        const {painter, scene, version, fresh, pace} = this, scale = scene.options.resolution === "auto" ? pace.scale : 1;
+        const {painter, version, fresh, pace} = this, scene = {...this.scene};
+        const scale = scene.options.resolution === "auto" ? pace.scale : 1;
         const size = this.size.map((side) => Math.max(1, Math.round(side * scale))), whole = scale === 1;
+        const picture = this.begun(whole ? "still" : "quick", size);
         if (whole && this.quick) this.device.release(this.quick);
-        if (whole) this.still = painter.sized(this.still, size);
-        this.quick = whole ? null : painter.sized(this.quick, size);
-        const picture = this.quick ?? this.still;
+        if (whole) this.quick = null;
         const pass = this.pass(fresh ? withOptions(scene, {level: 1, normalLevel: 1}) : scene, size, 0);
         let spent = 0;
         while (pass.tiles.length) spent += await painter.batch(this.variants.current, pass, picture, 1);
@@ -167,7 +176,7 @@ export class Renderer {
         this.quicked = version;
         if (pace === this.live) this.variants.current.proven = true; // a training draws nothing finer
         this.rest(whole && !fresh ? 1 : 0, spent);
-        if (whole) this.following.keep();
+        this.following.keep(whole ? "still" : "quick", scene, scale);
         this.listener.frame({milliseconds: spent, size, samples: 1, settled: false});
         const factor = Math.sqrt(pace.goal / Math.max(spent, 1));
         if (spent > 1.3 * pace.goal) pace.scale = Math.max(COARSEST, pace.scale * Math.max(0.35, factor));
@@ -187,7 +196,7 @@ export class Renderer {
         if (!refining.pass) {
             if (this.quick && refining.samples === 0) {
                 this.still = painter.sized(this.still, size);
-                this.following.spoil();
+                this.following.keep("still", {...this.scene}, 0); // a coarse picture with finer tiles
                 painter.put(this.quick, this.still);
             }
             if (refining.samples === 1 && this.adapts) refining.wanted = await painter.wanted(this.still, this.samples);
@@ -210,7 +219,7 @@ export class Renderer {
         refining.pass = null;
         if (refining.samples === 0) {
             refining.frame = refining.spent;
-            this.following.keep();
+            this.following.keep("still", {...this.scene}, 1);
         }
         refining.samples = refining.tiles ? refining.samples + 1 : this.samples;
         variants.current.proven = true;

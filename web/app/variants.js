@@ -4,16 +4,18 @@ import {TEXTURE_WIDTH} from "./texels.js";
 import {withOptions, uniforms} from "./uniforms.js";
 
 // The model's shader has two variants: weights in a texture, or as literals. The texture variant is ready at once. The
-// literal variant compiles meanwhile, and replaces it if it is faster.
+// literal variant compiles after the first picture, because slow drivers do nothing else then; it replaces the first one if
+// it is faster.
 // A variant is {storage, programs, weights, loops, cost, proven}. storage: "texture" or "literal"; programs: {program,
 // names, inBlocks} by pass, with uniform locations in `names`; weights: a texture, or null; loops: the field's loop
 // iterations (field.js) where the driver limits them, else null; cost: milliseconds per pixel, 0 if unknown; proven:
 // whether it has drawn a whole picture.
-const LITERAL_LIMIT = 60000; // longest compilation of literals, milliseconds
+// Milliseconds: longest compilation of literals; longest wait for the first picture before it, where no processor draws.
+const LITERAL_LIMIT = 60000, LITERAL_DELAY = 30000;
 
 export class Variants {
-    // scene: see uniforms.js; load() sets its model. listener: {loaded(), stored(storage, error), trying(isTried),
-    // failed(error)}. `current` is the active variant, or null.
+    // scene: see uniforms.js; load() sets its model. listener: {loaded(), settled(): whether the picture is complete,
+    // stored(storage, error), trying(isTried), failed(error)}. `current` is the active variant, or null.
     constructor(painter, scene, listener) {
         Object.assign(this, {painter, scene, listener, current: null, generation: 0});
     }
@@ -66,6 +68,9 @@ export class Variants {
     // Compiles the literals while the other variant draws, times both on the current view, and keeps the faster.
     async race(literal, isWanted, memory) {
         const {painter, scene} = this, remembered = memory.read();
+        const until = painter.device.isSoftware ? Infinity : performance.now() + LITERAL_DELAY;
+        while (remembered !== "literal" && isWanted() && !this.listener.settled() && performance.now() < until) await pause(100);
+        if (!isWanted()) return;
         memory.write("trying");
         this.listener.trying(true);
         const variant = await this.compile("literal", literal, scene.model, isWanted, LITERAL_LIMIT).catch(() => null);

@@ -1,7 +1,8 @@
-import {fromHash, homeOf, orbited, panned, toHash, zoomed} from "./camera.js";
+import {FOCAL, fromHash, homeOf, matrix, orbited, panned, toHash, zoomed} from "./camera.js";
 import {keptInHash, tellHost} from "./embedding.js";
 import {facts, shared} from "./facts.js";
 import {nextFrame} from "./device.js";
+import {nearAngle} from "./following.js";
 import {drawing, element, listener, root, uncover} from "./messages.js";
 import {Renderer} from "./renderer.js";
 
@@ -17,7 +18,7 @@ export const options = {
     level: 1, normalLevel: null, shading: facts.shade, iterations: 1, resolution: "auto", time: timeFrom(location.hash),
     light: light.map((c) => c / Math.hypot(...light)), background: [],
 };
-export let renderer = null;
+export let renderer = null; // stays null where the browser cannot draw
 let drawer = null; // draws in place of the renderer, or null
 
 // Returns the time in a hash, or 0.
@@ -36,8 +37,20 @@ export function openRenderer() {
 
 // Draws. moving: coarse pixels suffice for now.
 export function draw(moving) {
+    if (!renderer) return;
     if (!drawer) drawing();
+    if (!("drawn" in root.dataset)) tiltPoster();
     (drawer ?? renderer).show(camera, {...options}, moving);
+}
+
+// Turns the poster like a card, and moves and scales it: it stands in for the view until a frame is drawn.
+function tiltPoster() {
+    const ratio = aspect(), [far, near] = [home, camera].map((each) => zoomed(each, 1, ratio).distance);
+    const m = matrix(camera, ratio), pixels = canvas.clientHeight * FOCAL / 2;
+    const shift = (k) => m.slice(k, k + 3).reduce((sum, c, i) => sum - c * camera.target[i], 0) * pixels / near;
+    const [right, up] = ["azimuth", "elevation"].map((angle) => home[angle] - nearAngle(camera[angle], home[angle]));
+    element("poster").style.transform = `translate(${shift(0)}px, ${-shift(4)}px) scale(${far / near}) perspective(${pixels}px) `
+        + `rotateX(${up}deg) rotateY(${right}deg)`;
 }
 
 // Lets another object draw, with the method `show` of a renderer, or with null the renderer again.
@@ -87,8 +100,15 @@ export const place = (change) => look({...camera, ...change});
 // Writes camera and time to the URL's hash, after a delay.
 function writeHash() {
     clearTimeout(hashTimer);
-    const time = () => (options.time ? `&t=${Number(options.time.toFixed(3))}` : "");
-    hashTimer = setTimeout(() => history.replaceState(null, "", toHash(camera) + time() + keptInHash), 250);
+    hashTimer = setTimeout(() => history.replaceState(null, "", hashOfView()), 250);
+}
+
+const hashOfView = () => toHash(camera) + (options.time ? `&t=${Number(options.time.toFixed(3))}` : "") + keptInHash;
+
+// Returns the address of the page with the present view; without it for the first view, which the poster shows.
+export function addressOfView() {
+    const isFirst = toHash(camera) === toHash(home) && !options.time, hash = isFirst ? keptInHash && `#${keptInHash.slice(1)}` : hashOfView();
+    return location.href.split("#")[0] + hash;
 }
 
 function showTime(time) {
@@ -188,6 +208,6 @@ export function resize() {
     const width = pixels(canvas.clientWidth), height = pixels(canvas.clientHeight);
     if (width === canvas.width && height === canvas.height) return;
     Object.assign(canvas, {width, height});
-    renderer.resized();
+    renderer?.resized();
     draw(true);
 }
