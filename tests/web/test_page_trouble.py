@@ -172,12 +172,24 @@ WebGL2RenderingContext.prototype.getParameter = function (name) {
 };"""
 
 
+NOTHING = "WebGL2RenderingContext.prototype.create%s = () => null;"
+LOSE = """() => {
+    const context = document.getElementById("view").getContext("webgl2");
+    const lost = context.getExtension("WEBGL_lose_context");
+    const restored = new Promise((done) => context.canvas.addEventListener("webglcontextrestored", done, {once: true}));
+    lost.loseContext();
+    setTimeout(() => lost.restoreContext(), 50);
+    return restored.then(() => {});
+}"""
+
+
 @pytest.mark.parametrize(
     ("init", "replaced", "expected"),
     [
         ("HTMLCanvasElement.prototype.getContext = () => null;", None, "This browser shows no WebGL2"),
         (SMALL_TEXTURES, None, "this device's largest side is 512"),
         ("", ("Hit ray = traced(", "Hit ray = nothing("), "This device's compiler refuses the shader: ERROR: 0:"),
+        *((NOTHING % kind, None, "The graphics driver has no memory") for kind in ("Shader", "Program", "Texture")),
     ],
 )
 def test_one_message_names_the_limit_of_the_device(
@@ -187,9 +199,28 @@ def test_one_message_names_the_limit_of_the_device(
     file.write_text(standalone(MODEL, shade="phong").replace(*replaced or ("", "")))  # not packed
     with visit(browser, file, script=init) as visited:
         visited.page.wait_for_selector("#message:not([hidden])")
-        assert expected in visited.message()
+        for key in ("s", "1", "p", "x", "r", "h", " ", "+", "ArrowLeft", "Escape"):
+            visited.page.keyboard.press(key)
+        for selector in ("#fold", "#panel", "#view"):
+            assert not visited.page.is_visible(selector)
+        visited.drop(b"no mesh", "photo.jpg")
+        assert expected in visited.message() or visited.message().startswith("photo.jpg: ")
+        assert visited.page.is_visible("#poster")
         assert visited.root("state") == "failed"
         assert visited.console == []
+
+
+def test_a_context_lost_again_and_again_leaves_the_poster(browser: "Browser", page_file: Path) -> None:
+    with visit(browser, page_file) as visited:
+        visited.still()
+        for _ in range(5):
+            visited.page.evaluate(LOSE)
+            visited.still()
+        assert visited.message() == ""
+        visited.page.evaluate(LOSE)
+        assert visited.message().startswith("The graphics driver was reset 6 times within a minute. Now you see")
+        assert visited.page.is_visible("#poster")
+        assert (visited.root("state"), visited.console) == ("failed", [])
 
 
 def test_a_device_without_float_targets_draws_the_same_picture(browser: "Browser", page_file: Path) -> None:

@@ -6,7 +6,7 @@ export class DeviceError extends Error {}
 class ContextLost extends Error {}
 
 const VERTEX = `#version 300 es
-void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }
+void main() { gl_Position = vec4(vec2(int(gl_VertexID) & 1, int(gl_VertexID) >> 1) * 4.0 - 1.0, 0.0, 1.0); }
 `;
 
 export class Device {
@@ -61,6 +61,13 @@ export class Device {
         return !this.hasSmallStack || text.split("+=").length < 3300;
     }
 
+    // Returns a new object of the context. Throws DeviceError where the driver refuses to make one.
+    made(object) {
+        if (object) return object;
+        throw new DeviceError("The graphics driver has no memory left for the picture. "
+            + "Close other tabs and programs, and reload the page.");
+    }
+
     // Throws DeviceError if the device cannot hold `height` rows of weights.
     check(height) {
         if (this.lost) return;
@@ -74,9 +81,9 @@ export class Device {
     // Starts to compile a fragment shader, in the background where the browser supports it. vertex: by default a
     // triangle that covers all. Returns {program, shaders, sync} for isReady and finish.
     begin(fragment, vertex = VERTEX) {
-        const gl = this.gl, program = gl.createProgram();
+        const gl = this.gl, program = this.made(gl.createProgram());
         const shaders = [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]].map(([kind, text]) => {
-            const shader = gl.createShader(kind);
+            const shader = this.made(gl.createShader(kind));
             gl.shaderSource(shader, text);
             gl.compileShader(shader);
             gl.attachShader(program, shader);
@@ -84,7 +91,7 @@ export class Device {
         });
         gl.linkProgram(program);
         // Without the extension, a query would wait for the compiler; a fence does not.
-        const sync = this.parallel ? null : gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+        const sync = this.parallel ? null : this.made(gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0));
         gl.flush();
         return {program, shaders, sync};
     }
@@ -110,7 +117,8 @@ export class Device {
             const log = shaders.map((shader) => gl.getShaderInfoLog(shader)).join("\n") + gl.getProgramInfoLog(program);
             const line = log.split("\n").find((text) => text.trim()) ?? "no reason given";
             gl.deleteProgram(program);
-            throw new DeviceError(`This device's compiler refuses the shader: ${line.trim().slice(0, 200)}`);
+            throw new DeviceError(`This device's compiler refuses the shader: ${line.trim().slice(0, 200)}. `
+                + "Try another browser.");
         }
         shaders.forEach((shader) => gl.deleteShader(shader));
         const names = {}, count = this.lost ? 0 : gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS);
@@ -123,7 +131,7 @@ export class Device {
 
     // Returns a texture of width x height texels. values: a Float32Array with four numbers per texel, or null.
     texture(format, width, height, filter, values = null) {
-        const gl = this.gl, texture = gl.createTexture();
+        const gl = this.gl, texture = this.made(gl.createTexture());
         gl.bindTexture(gl.TEXTURE_2D, texture);
         gl.texStorage2D(gl.TEXTURE_2D, 1, format, width, height);
         if (values) this.write(texture, width, values);
@@ -142,7 +150,7 @@ export class Device {
 
     // Returns a texture for a grid of count ** 3 bytes.
     grid(count) {
-        const gl = this.gl, texture = gl.createTexture();
+        const gl = this.gl, texture = this.made(gl.createTexture());
         gl.bindTexture(gl.TEXTURE_3D, texture);
         gl.texStorage3D(gl.TEXTURE_3D, 1, gl.R8UI, count, count, count);
         for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER])
@@ -159,7 +167,8 @@ export class Device {
 
     // Returns {texture, framebuffer, width, height}, a texture that can be a render target.
     target(format, width, height, filter) {
-        const gl = this.gl, texture = this.texture(format, width, height, filter), framebuffer = gl.createFramebuffer();
+        const gl = this.gl, texture = this.texture(format, width, height, filter);
+        const framebuffer = this.made(gl.createFramebuffer());
         gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
         gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture, 0);
         return {texture, framebuffer, width, height};

@@ -13,6 +13,11 @@ export function say(text, closable = true) {
     box.hidden = !text;
 }
 
+// Closes the message, unless it has to stay.
+export function dismiss() {
+    if (!element("message").querySelector("button").hidden) say("");
+}
+
 // Whether the visitor can understand an error's message.
 export const isExpected = (error) => error instanceof DeviceError || error instanceof ModelError;
 
@@ -59,9 +64,10 @@ export function compiling() {
     announce("Compiling the shader");
 }
 
-// Lets the next frame of enough pixels replace the poster.
+// Lets the next frame replace the poster.
 export function uncover() {
     isOther = true;
+    if (root.dataset.state === "compiling") setState("compiling", "Compiling the shader · the view follows in a moment", NaN);
 }
 
 // Shows that a new picture begins, if the last picture is complete.
@@ -75,8 +81,7 @@ const dimensions = ([width, height]) => `${width} × ${height}`;
 export const listener = {
     frame({milliseconds, size, samples, settled}) {
         const poster = element("poster"), isFiner = size[1] >= poster.naturalHeight || samples > 1 || settled;
-        const isEnough = isOther && 2 * size[1] >= element("view").height;
-        if (isFiner || isEnough || poster.hidden) root.dataset.drawn = "";
+        if (isFiner || isOther || poster.hidden) root.dataset.drawn = "";
         if (root.dataset.state === "compiling") return;
         const time = milliseconds < 10 ? `${milliseconds.toFixed(1)} ms`
             : milliseconds < 1000 ? `${Math.round(milliseconds)} ms` : `${(milliseconds / 1000).toFixed(1)} s`;
@@ -106,6 +111,5 @@ export const listener = {
         trial = isTried ? "trying literals" : "";
         updateStatus();
     },
-    covered: () => !element("poster").hidden && !("drawn" in root.dataset),
     failed: fail,
 };

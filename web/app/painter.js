@@ -22,18 +22,22 @@ export class Painter {
         return this.source(name).replace(/^#include "(.*)"\n/gm, (_, other) => this.shader(other, seen));
     }
 
-    // Creates all objects of the context; call again after a lost context.
+    // Creates all objects of the context; call again after a lost context. Where it is lost meanwhile, there are none.
     open() {
-        const device = new Device(this.canvas);
-        const opening = "#version 300 es\nprecision highp float;\n";
+        const device = this.device = new Device(this.canvas);
+        const opening = "#version 300 es\nprecision highp float; precision highp int; precision highp sampler2D;\n";
         const program = (name, vertices) => device.finish(device.begin(opening + this.shader(name), vertices));
         const target = () => device.target(device.sampleFormat, TILE_SIDE, TILE_SIDE, device.gl.NEAREST);
-        Object.assign(this, {
-            device, accumulate: program("accumulate.glsl"), present: program("present.glsl"),
-            contrast: program("contrast.glsl"), scatter: program("scatter.glsl", this.vertexShader("scatter")),
-            places: device.texture(device.gl.RG32F, TILE_SIDE, TILE_SIDE, device.gl.NEAREST), tile: target(),
-            passes: new Passes(device, target),
-        });
+        try {
+            Object.assign(this, {
+                accumulate: program("accumulate.glsl"), present: program("present.glsl"),
+                contrast: program("contrast.glsl"), scatter: program("scatter.glsl", this.vertexShader("scatter")),
+                places: device.texture(device.gl.RG32F, TILE_SIDE, TILE_SIDE, device.gl.NEAREST), tile: target(),
+                passes: new Passes(device, target),
+            });
+        } catch (error) {
+            if (!device.lost) throw error;
+        }
     }
 
     // Calls `work` after all previous work; returns its promise.

@@ -2,16 +2,19 @@ import {element, setState, root, say} from "./messages.js";
 import {probes} from "./reference.js";
 
 // After a lost WebGL context. A model with a finished picture comes back unchanged. A model that made the driver fail
-// comes back with half of its levels, repeatedly, down to level 1. After that, for a scene, and if no context comes
-// back, the poster stays.
+// comes back with half of its levels, repeatedly, down to level 1. After that, for a scene, after many losses in short
+// time, and if no context comes back, the poster stays.
 const WAIT = 12000; // milliseconds until the page reports that the context stays lost
-let waiting = 0;
+const MOST_LOSSES = 5, SPAN = 60000; // losses that the page follows within so many milliseconds
+let waiting = 0, losses = [];
 
 // Returns what to show after the context is restored, or null. current: see current_model.js. variant: the last variant,
 // or null.
 export function afterLoss(current, variant) {
-    const {model: {levels}, memory} = current, isTrial = memory.read() === "trying";
+    const {model: {levels}, memory} = current, isTrial = memory.read() === "trying", now = performance.now();
     memory.interrupted("texture");
+    losses = [...losses.filter((time) => time > now - SPAN), now];
+    if (losses.length > MOST_LOSSES) return null;
     if (isTrial || variant?.proven) return current;
     if (variant?.storage === "literal") {
         memory.write("texture");
@@ -41,7 +44,9 @@ export function reportLoss(next) {
         say(`${text} ${hasPoster ? `Now ${picture}. ` : ""}Reload the page to try again.`, false);
     };
     delete root.dataset.drawn;
+    if (poster) poster.style.transform = "";
     clearTimeout(waiting);
+    if (losses.length > MOST_LOSSES) return giveUp(`The graphics driver was reset ${losses.length} times within a minute.`);
     if (!next) return giveUp("The graphics driver fails at this model, even at its first level alone.");
     setState("lost", "The graphics driver was reset");
     const meanwhile = hasPoster ? `; until then ${picture}` : "";
