@@ -78,7 +78,7 @@ def extension(config: TrainingConfig | None = None, fixed: dict[str, Any] | None
     for name in ("preview.vert.glsl", "preview.glsl"):
         data += _element(name, "x-shader/x-fragment", glsl.read(name))
     policy, viewer = " 'wasm-unsafe-eval'; worker-src blob:", page.Extension()
-    of_viewer = {"policy": policy, "accept": viewer.accept, "open": viewer.open, "hint": viewer.hint}
+    of_viewer = {"policy": policy} | {key: getattr(viewer, key) for key in ("accept", "open", "hint", "description")}
     return page.Extension(
         scripts=page.script(page.TEXTS) + script(STUDIO),
         stage=_read("studio.html"),
@@ -90,6 +90,7 @@ def extension(config: TrainingConfig | None = None, fixed: dict[str, Any] | None
         accept=".obj,.mtl,.png,.jpg,.jpeg,.webp,.ply,.stl,.glb,.gltf,.bin,.xyz,.safetensors",
         open="Open a file",
         hint="Drop a mesh, a point cloud or a .safetensors model anywhere.",
+        description="Drop a mesh or a point cloud: it trains in the browser to a small neural distance function.",
     )
 
 

@@ -28,6 +28,9 @@ _TYPE = re.compile(r'type="([^"]*)"')
 _POLICY = re.compile(r'<meta http-equiv="Content-Security-Policy"\s+content="([^"]*)">\n?')
 _STUDIO = re.compile(r"(?:/\*|<!--)studio(?:\*/|-->).*?(?:/\*|<!--)end(?:\*/|-->)\n?", re.DOTALL)
 """A part of the studio, between the marks of page.py."""
+_ABOUT = re.compile(r'<link rel="icon".*?(?=\n<style>)', re.DOTALL)
+_TOLD = re.compile(r"<meta (?:property|name=\"(?:description|twitter:card))[^>]*>\n?")
+"""Lines of about.py for readers of links, which run no script: only the page that unpacks needs them."""
 _POSTER = re.compile(r'(?<=<img id="poster" alt="" src=")[^"]*')
 _INDENT, _EMPTY = re.compile(r"^[ \t]+", re.MULTILINE), re.compile(r"\n{2,}")
 _STYLE_COMMENT = re.compile(r"/\* .*?\*/\n?", re.DOTALL)
@@ -53,7 +56,7 @@ def packed(page: str, alone: bool = False) -> str:
     line, and of the unpacked page.
     """
     parts: list[bytes] = []
-    inner = _POLICY.sub("", _POSTER.sub(f"{MARK}poster{MARK}", short(page, parts, alone)))
+    inner = _TOLD.sub("", _POLICY.sub("", _POSTER.sub(f"{MARK}poster{MARK}", short(page, parts, alone))))
     outer = short(files(__package__).joinpath("app", "packed.html").read_text("utf-8"), [], alone)
     # Browsers keep the outer policy. The page that the studio writes lacks the studio, and has another script.
     sources = hashes(outer + _STUDIO.sub("", inner) + inner)
@@ -61,7 +64,7 @@ def packed(page: str, alone: bool = False) -> str:
     slots = {
         "version": installed_version(),
         "policy": _first(_POLICY, page).replace(ANY, sources, 1),
-        "title": _first(r"<title>(.*?)</title>", page),
+        "about": _first(_ABOUT, page),
         "poster": _first('<img id="poster"[^>]*>', page),
         "packed": base124(data),
     }

@@ -1,7 +1,6 @@
 """Target html: one page that shows the model offline. Its scripts, style and HTML are in web/app/."""
 
 import base64
-import html
 import io
 import math
 import re
@@ -33,6 +32,7 @@ from ..model.errors import UserError
 from ..model.model import Model
 from ..model.model_file import to_bytes
 from ..model.version import installed_version
+from .about import about
 from .facts import PAGE_PASSES, facts_json
 from .scene import scene_facts, texel_bytes
 from .short_weights import page_weights, short_weights
@@ -51,7 +51,7 @@ SCRIPTS = (
     *("samples.js", "passes.js", "painter.js", "variants.js", "following.js", "renderer.js", "memory.js"),
     *("messages.js", "gestures.js"),
     *SHADERTOY,
-    *("controls.js", "view.js", "recovery.js", "current_model.js", "page.js"),
+    *("controls.js", "view.js", "share.js", "recovery.js", "file_kinds.js", "current_model.js", "page.js"),
 )
 """Modules in web/app/ that every page has, in the order in which its script holds them."""
 TEXTS = ("glsl_function.js",)
@@ -73,6 +73,7 @@ _PLACE = re.compile(r"\{\{(\w+)\}\}")
 """A placeholder in page.html or page.css."""
 _CONTROL = re.compile(r"[\x00-\x1f]")
 """Characters that a title does not hold: packed_page.py uses two of them as marks."""
+DESCRIPTION = "A shape as a small neural network, drawn in the browser: drag to turn it."
 PALETTES = {"dark": page_style.variables(page_style.DARK), "light": page_style.variables(page_style.LIGHT)}
 
 
@@ -95,6 +96,7 @@ class Extension:
     """Endings of files to open."""
     open: str = "Open model"
     hint: str = "Drop a .safetensors model anywhere."
+    description: str = DESCRIPTION
 
 
 def standalone(
@@ -105,6 +107,8 @@ def standalone(
     shade: str = OPENING_SHADES[0],
     extension: Extension | None = None,
     short: bool = False,
+    address: str = "",
+    preview: str = "",
 ) -> str:
     """Return the text of the page.
 
@@ -112,7 +116,8 @@ def standalone(
     wide, and keeps the faster variant; "literal" does so for wider networks too. digits: decimals of the weights, None
     for exact weights. poster: include a small picture of the model, which takes seconds to draw. shade: initial
     shading, one of OPENING_SHADES. extension: additions to the page. short: store weights as short whole numbers where
-    that keeps the field (short_weights.py). 16-bit floats are stored as such. Raises UserError for another storage.
+    that keeps the field (short_weights.py). 16-bit floats are stored as such. address, preview: see `about`. Raises
+    UserError for another storage.
     """
     chosen = page_weights(model, digits, short_weights if short else None)
     weights = chosen.model
@@ -133,7 +138,7 @@ def standalone(
     else:
         data = chosen.data or model_bytes(weights)
     picture = poster_url(model, shade) if poster else NO_PICTURE
-    return _page(model.name, facts, data, prologue, picture, shade, extension)
+    return _page(model.name, facts, data, prologue, picture, shade, extension, (address, preview))
 
 
 def without_model(name: str, shade: str = OPENING_SHADES[0], extension: Extension | None = None) -> str:
@@ -148,13 +153,20 @@ def without_model(name: str, shade: str = OPENING_SHADES[0], extension: Extensio
 
 
 def _page(
-    name: str, facts: dict[str, Any], data: bytes, prologue: str, poster: str, shade: str, extension: Extension | None
+    name: str,
+    facts: dict[str, Any],
+    data: bytes,
+    prologue: str,
+    poster: str,
+    shade: str,
+    extension: Extension | None,
+    links: tuple[str, str] = ("", ""),
 ) -> str:
-    """Fill page.html. data: the model's weights; empty for a page without a model. poster: a URL."""
+    """Fill page.html. data: the model's weights; empty without a model. poster: a URL. links: see `about`."""
     more = extension or Extension()
     marked = {key: f"/*studio*/{text}/*end*/\n" if (text := getattr(more, key)) else "" for key in ("scripts", "css")}
     parts = {
-        "title": html.escape(_CONTROL.sub("", name)),
+        "about": about(_CONTROL.sub("", name), more.description, *links),
         "state": "" if data else ' data-state="empty"',
         "css": _PLACE.sub(lambda match: PALETTES[match[1]], _read("page.css")) + marked["css"],
         "poster": poster,

@@ -17,6 +17,8 @@ export async function pageText(bytes, ground, shade, poster = NO_PICTURE) {
     const outer = parsed(packedPage.outer), page = parsed(packedPage.html.replace(STUDIO_PARTS, ""));
     const policy = outer.querySelector("meta[http-equiv]");
     policy.content = policy.content.replace(new RegExp(` \\S+${viewer.policy}`), ""); // with the hash of the studio's script
+    outer.querySelector('meta[property="og:title"]').content = model.name.replaceAll(PART, "");
+    outer.querySelector("meta[name=description]").content = viewer.description;
     for (const one of [outer, page]) {
         const picture = one.getElementById("poster");
         one.title = model.name.replaceAll(PART, "");

@@ -2,6 +2,7 @@ import {bakedScene} from "./baked_scene.js";
 import {choose, copyText, fillChoices, saveFile} from "./controls.js";
 import {facts, shared} from "./facts.js";
 import {printField} from "./field.js";
+import {kindOfFile} from "./file_kinds.js";
 import {lowestPoint} from "./lowest.js";
 import {memoryOf} from "./memory.js";
 import {compiling, element, setState, fail, isExpected, root, say, uncover} from "./messages.js";
@@ -12,8 +13,8 @@ import {fitsShadertoy, shadertoyText} from "./shadertoy.js";
 import {stepsOf} from "./uniforms.js";
 import {center, draw, goTo, halt, options, renderer, set} from "./view.js";
 
-// `current` is the page's model or a dropped model: {model, probes, storage, sha256, memory, whole}. storage: of the
-// second variant; "texture" without a second variant. sha256: of the model, or "". whole: the same object with
+// `current` is the page's model or a dropped model: {model, isOwn, probes, storage, sha256, memory, whole}. isOwn: the page
+// opens with it. storage: of the second variant; "texture" without a second variant. sha256: of the model, or "". whole: the same object with
 // all levels; only after the driver failed at them. `next` replaces `current` when a lost context is restored. Both are
 // null in a page without a model, until a file is dropped.
 let current = null, next = null;
@@ -21,6 +22,7 @@ let openShape = (files) => refuseShape(files, WITHOUT_STUDIO); // of files that 
 let listFiles = ({files}) => [...files]; // of a drop
 let demandIdle = () => {}; // throws a ModelError where the stage is in use
 let reads = Promise.resolve(); // of the model files so far
+const MODEL = /\.safetensors$/i;
 const WITHOUT_STUDIO = ", or drop it on the page of: mplicits studio";
 const SHADING_LABELS = {phong: "Phong", studio: "Studio", normal: "Normals", depth: "Depth", steps: "Steps", texture: "Texture"};
 
@@ -30,7 +32,7 @@ export function embedded() {
     if (!buffer.byteLength) return null;
     const model = facts.scene ? bakedScene(facts, buffer) : parseModel(buffer, true);
     return reduced({
-        model: {...model, ground: facts.ground}, probes: {points: facts.points, values: facts.values},
+        model: {...model, ground: facts.ground}, isOwn: true, probes: {points: facts.points, values: facts.values},
         storage: facts.storage, sha256: facts.sha256, memory: memoryOf(facts.sha256),
     });
 }
@@ -44,6 +46,7 @@ export async function start(chosen) {
     const size = `${model.field ? `${model.shapes} shapes` : networks().join(" > ")} · ${model.parameters.toLocaleString("en")} parameters`;
     element("shapes").textContent = model.credit ? `${size} · ${model.credit}` : size;
     element("copy").hidden = !fitsShadertoy(model);
+    for (const id of ["share", "embed"]) element(id).hidden = !chosen.isOwn;
     const moves = model.inputs === "xyzt";
     element("moment").hidden = !moves;
     goTo(moves ? options.time : 0);
@@ -77,13 +80,15 @@ function load() {
 
 // Shows the model in a file. For an invalid file, shows a message and keeps the old model. files: also those of a shape.
 export async function openFiles(files) {
-    const shape = files.find(({name}) => kindOf(name)), file = shape ?? files[0];
+    const shape = files.find(({name}) => kindOf(name)), file = shape ?? files.find(({name}) => MODEL.test(name)) ?? files[0];
     let isStarted = false;
-    if (!file) return;
+    if (!file || !renderer) return; // without a renderer, a message stays
     try {
         if (shape) return await openShape(files);
         const bytes = await readInTurn(file);
-        demandIdle();
+        await demandIdle(file.name);
+        const kind = kindOfFile(bytes);
+        if (kind) throw new ModelError(`${kind}, which this page does not open. ${document.querySelector(".hint").textContent}`);
         const model = parseModel(bytes);
         isStarted = true;
         await startParsed(model);
@@ -98,7 +103,8 @@ export async function openFiles(files) {
 
 // Resolves to the bytes of a file, after all files before it: the last one stays on the stage.
 function readInTurn(file) {
-    const turn = Promise.all([file.arrayBuffer(), reads]).then(([bytes]) => bytes);
+    const bytes = file.arrayBuffer().catch(() => { throw new ModelError("cannot be read: it is a folder, or has moved"); });
+    const turn = Promise.all([bytes, reads]).then(([own]) => own);
     reads = turn.catch(() => {});
     return turn;
 }

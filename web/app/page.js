@@ -3,10 +3,11 @@ import {fillChoices, lightBall, listenToDrops} from "./controls.js";
 import {watchDensity} from "./device.js";
 import {backgroundName, hasView, listenToHost, tellHost, turnTime} from "./embedding.js";
 import {listenToKeys, listenToPointers} from "./gestures.js";
-import {element, fail, root, say, uncover} from "./messages.js";
+import {dismiss, element, fail, root, say, uncover} from "./messages.js";
 import {
     contextLost, contextRestored, copy, embedded, goToLevel, leave, openDropped, openFiles, save, setTitle, shade, showSteps, start,
 } from "./current_model.js";
+import {copyFrame, shareView} from "./share.js";
 import {
     canvas, css, followHash, openRenderer, options, pan, place, play, reset, resize, seek, set, turn, turntable, zoom,
 } from "./view.js";
@@ -51,10 +52,10 @@ function wirePanel() {
 function wireButtons() {
     const buttons = {
         fold: () => fold(root.classList.contains("unfolded")),
-        play, save, full: fullScreen, reset, open: () => element("file").click(), copy,
+        play, save, full: fullScreen, reset, open: () => element("file").click(), share: shareView, embed: copyFrame, copy,
     };
     for (const [id, action] of Object.entries(buttons)) element(id).addEventListener("click", action);
-    element("message").querySelector("button").addEventListener("click", () => say(""));
+    element("message").querySelector("button").addEventListener("click", dismiss);
     element("file").addEventListener("change", ({target}) => {
         openFiles([...target.files]);
         target.value = "";
@@ -71,7 +72,7 @@ function wireGestures() {
     listenToKeys({
         ArrowLeft: arrow(-1, 0), ArrowRight: arrow(1, 0), ArrowUp: arrow(0, 1), ArrowDown: arrow(0, -1),
         "+": () => zoom(0.9), "=": () => zoom(0.9), "-": () => zoom(1 / 0.9), r: reset, s: save, f: fullScreen,
-        " ": () => element("moment").hidden || play(), h: () => element("fold").click(), Escape: () => say(""), ...Object.fromEntries(levels),
+        " ": () => element("moment").hidden || play(), h: () => element("fold").click(), Escape: dismiss, ...Object.fromEntries(levels),
         ...Object.fromEntries(shadings.map(([key, shading]) => [key, () => shade(shading)])),
     });
 }
@@ -93,11 +94,11 @@ function wireWindow() {
 async function main() {
     const own = embedded();
     if (own) setTitle(own.model);
-    if (hasView) element("poster").hidden = true; // it shows the first view
-    openRenderer();
-    resize();
     for (const wire of [wirePanel, wireButtons, wireGestures, wireWindow]) wire();
     fold(!root.classList.contains("unfolded"));
+    openRenderer();
+    if (hasView) element("poster").hidden = true; // it shows the first view
+    resize();
     root.dataset.ready = "";
     if (turnTime) turntable(turnTime);
     if (!own) return;
