@@ -52,8 +52,10 @@ MESH = Kind("a mesh", _is_mesh)
 OWN_MESH = Kind("a PLY that mplicits wrote", lambda content: f"\ncomment {MARK}\n".encode() in content[:200])
 """For names that the user did not choose: the user's scan may have that name."""
 PICTURE = Kind(
-    "a picture that mplicits wrote", lambda content: f"tEXtSoftware\0{MARK}".encode() in content[:PREFIX_TEXT]
+    "a picture that mplicits wrote",
+    lambda content: re.search(rb"tEXtSoftware\0mplicits|\xff\xfe\0\nmplicits", content[:PREFIX_TEXT]) is not None,
 )
+"""A PNG or a JPEG, with MARK as its software or its comment."""
 VIDEO = Kind(
     "a video that mplicits wrote",
     lambda content: (content[4:8] == b"ftyp" or content.startswith(b"GIF89a")) and MARK.encode() in content,
