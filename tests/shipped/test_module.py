@@ -121,7 +121,7 @@ def test_three_js(browser: "Browser", site: str, shipped: Stranger, tmp_path: "P
         assert tab.console() == []
     drawn = np.asarray(Image.open(io.BytesIO(data)).convert("RGBA"), np.int16)
     hash_ = f"#az={azimuth}&el={elevation}&d={distance}"
-    reference = rendered(shipped, MODULE, hash_, shade="texture", transparent=True)
+    reference = rendered(shipped, MODULE, hash_, shade="texture", more="--transparent")
     assert (drawn[..., 3] > 127).mean() > 0.1
     assert ((drawn[..., 3] > 127) != (reference[..., 3] > 127)).mean() < 0.005
     both = (drawn[..., 3] > 254) & (reference[..., 3] > 254)

@@ -33,21 +33,20 @@ def rendered(
     camera: str = "",
     shade: str = "studio",
     size: tuple[int, int] = PIXELS,
-    transparent: bool = False,
+    more: str = "",
 ) -> Picture:
-    """Return the picture that `mplicits render` draws of a model, (H, W, 3), or (H, W, 4) if it is transparent.
+    """Return the picture that `mplicits render` draws of a model; with "--transparent" as `more`, (H, W, 4).
 
-    camera: hash of a page's address.
+    camera: hash of a page's address. more: further options of `render`.
     """
     values = dict(part.split("=") for part in camera.lstrip("#").split("&") if part)
     view = ",".join(values[key] for key in ("az", "el", "d") if key in values)
-    path = shipped.folder / "pictures" / f"{Path(model).name} {view} {shade} {size[0]}x{size[1]}.png"
+    path = shipped.folder / "pictures" / f"{Path(model).name} {view} {shade} {size[0]}x{size[1]} {more}.png"
     if not path.exists():
         shipped.run("mkdir -p pictures")
         words = f"--size {size[0]}x{size[1]} --shade {shade} --samples 16" + (f" --camera={view}" if view else "")
-        words += " --transparent" * transparent
-        shipped.run(f"mplicits render {model} {words} -o '{path}'")
-    return np.asarray(Image.open(path).convert("RGBA" if transparent else "RGB"), np.int16)
+        shipped.run(f"mplicits render {model} {words} {more} -o '{path}'")
+    return np.asarray(Image.open(path).convert("RGBA" if more == "--transparent" else "RGB"), np.int16)
 
 
 def check_page(tab: Tab, shipped: Stranger, name: str) -> None:
