@@ -34,8 +34,12 @@ def pytest_configure(config: pytest.Config) -> None:
         os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Let files that need a browser, which take longest, begin: short ones fill the cores at the end."""
+    """Mark tests with `needs.data`, and let files that need a browser begin: short ones fill the cores at the end."""
+    for item in items:
+        if any("MPLICITS_DATA" in mark.kwargs.get("reason", "") for mark in item.iter_markers("skipif")):
+            item.add_marker("data")
     long = {item.path for item in items if "browser" in getattr(item, "fixturenames", ())}
     items.sort(key=lambda item: item.path not in long)
 
