@@ -1,15 +1,18 @@
 """The verb `gallery`: the files of a site, its links in a browser, and files that it must not overwrite."""
 
 import dataclasses
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING
-from urllib.parse import unquote, urlparse
+from urllib.parse import quote, unquote, urlparse
 
 import pytest
+from PIL import Image
 
 from mplicits.cli import main
 from mplicits.model.model_file import load, save
 from mplicits.model.quantize import quantized_model
+from mplicits.web.about import PREVIEW
 from support.browser import PATIENCE
 from support.page_pictures import use_small_posters
 from support.random_model import random_model
@@ -49,8 +52,9 @@ def test_links_lead_to_the_files_of_each_model(browser: "Browser", models: Path,
     links = {
         Path(unquote(urlparse(url).path)) for url in page.locator("a").evaluate_all("(all) => all.map((a) => a.href)")
     }
-    assert links == set(site.iterdir()) - {site / "index.html"}
-    assert len(links) == 2 * 4
+    pictures = {path for path in site.iterdir() if path.suffix == ".jpg"}
+    assert links == set(site.iterdir()) - {site / "index.html"} - pictures
+    assert (len(links), len(pictures)) == (2 * 4, 2)
     assert not problems
     assert load(site / "moving.safetensors").inputs == "xyzt"
     page.close()
@@ -65,7 +69,31 @@ def test_the_models_of_the_package_are_the_default(
     assert (tmp_path / "site" / "moving.html").is_file()
 
 
-@pytest.mark.parametrize("name", ["index.html", "moving.html"])
+def test_an_address_gives_readers_of_links_pictures(models: Path, tmp_path: Path) -> None:
+    """Chats resolve no relative addresses: without --url there are none."""
+    (models / "moving.safetensors").unlink()
+    tags = re.compile(r'<meta property="og:(\w+)" content="([^"]*)">')
+    name = quote(HOSTILE.replace("/", ""))
+    for arguments, expected in (
+        ([], {}),
+        (
+            ["--url", "https://example.org/a"],
+            {"url": "https://example.org/a/", "image": f"https://example.org/a/{name}.jpg"},
+        ),
+    ):
+        site = tmp_path / f"site{len(arguments)}"
+        assert main(["gallery", str(site), "--models", str(models), *arguments]) == 0
+        index, page = ((site / file).read_text() for file in ("index.html", f"{unquote(name)}.html"))
+        told = dict(tags.findall(index))
+        assert (told["title"], told["type"]) == ("Neural shapes", "website")
+        assert {key: told[key] for key in ("url", "image") if key in told} == expected
+        assert dict(tags.findall(page)).get("url") == (expected["url"] + name + ".html" if expected else None)
+        with Image.open(next(site.glob("*.jpg"))) as picture:
+            assert (picture.format, picture.size) == ("JPEG", PREVIEW)
+    assert main(["gallery", str(tmp_path / "site"), "--models", str(models), "--url", "example.org"]) == 2
+
+
+@pytest.mark.parametrize("name", ["index.html", "moving.html", "moving.jpg"])
 def test_files_of_the_user_stay(name: str, models: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     site = tmp_path / "site"
     site.mkdir()
