@@ -2,13 +2,11 @@
 
 import html
 
-_COLOR = "%23e8a33d"
 ICON = (
     "data:image/svg+xml,<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 8 8'>"
-    f"<g fill='{_COLOR}'><circle cx='4' cy='4' r='4' opacity='.3'/><circle cx='4' cy='4' r='3' opacity='.5'/>"
-    "<circle cx='4' cy='4' r='2'/></g></svg>"
+    "<circle cx='4' cy='4' r='3' fill='orange' stroke='orange' stroke-width='2' stroke-opacity='.4'/></svg>"
 )
-"""URL of the icon: a shape inside two level sets of its distance."""
+"""URL of the icon: a shape, and a level set of its distance."""
 PREVIEW = (800, 420)
 """Width and height in pixels of the picture in a link preview: the usual ratio; a larger one takes long to draw."""
 

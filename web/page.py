@@ -73,7 +73,7 @@ _PLACE = re.compile(r"\{\{(\w+)\}\}")
 """A placeholder in page.html or page.css."""
 _CONTROL = re.compile(r"[\x00-\x1f]")
 """Characters that a title does not hold: packed_page.py uses two of them as marks."""
-DESCRIPTION = "A shape as a small neural network, drawn in the browser: drag to turn it."
+DESCRIPTION = "A shape as a small neural network. Drag to turn it."
 PALETTES = {"dark": page_style.variables(page_style.DARK), "light": page_style.variables(page_style.LIGHT)}
 
 

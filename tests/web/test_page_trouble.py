@@ -189,7 +189,7 @@ LOSE = """() => {
         ("HTMLCanvasElement.prototype.getContext = () => null;", None, "This browser shows no WebGL2"),
         (SMALL_TEXTURES, None, "this device's largest side is 512"),
         ("", ("Hit ray = traced(", "Hit ray = nothing("), "This device's compiler refuses the shader: ERROR: 0:"),
-        *((NOTHING % kind, None, "The graphics driver has no memory") for kind in ("Shader", "Program", "Texture")),
+        *((NOTHING % kind, None, "The graphics driver is out of memory") for kind in ("Shader", "Program", "Texture")),
     ],
 )
 def test_one_message_names_the_limit_of_the_device(
@@ -218,7 +218,7 @@ def test_a_context_lost_again_and_again_leaves_the_poster(browser: "Browser", pa
             visited.still()
         assert visited.message() == ""
         visited.page.evaluate(LOSE)
-        assert visited.message().startswith("The graphics driver was reset 6 times within a minute. Now you see")
+        assert visited.message().startswith("The graphics driver was reset again and again. Now you see")
         assert visited.page.is_visible("#poster")
         assert (visited.root("state"), visited.console) == ("failed", [])
 

@@ -64,8 +64,7 @@ export class Device {
     // Returns a new object of the context. Throws DeviceError where the driver refuses to make one.
     made(object) {
         if (object) return object;
-        throw new DeviceError("The graphics driver has no memory left for the picture. "
-            + "Close other tabs and programs, and reload the page.");
+        throw new DeviceError("The graphics driver is out of memory. Close other tabs, and reload the page.");
     }
 
     // Throws DeviceError if the device cannot hold `height` rows of weights.

@@ -7,7 +7,7 @@ import {dismiss, element, fail, root, say, uncover} from "./messages.js";
 import {
     contextLost, contextRestored, copy, embedded, goToLevel, leave, openDropped, openFiles, save, setTitle, shade, showSteps, start,
 } from "./current_model.js";
-import {copyFrame, shareView} from "./share.js";
+import {share} from "./share.js";
 import {
     canvas, css, followHash, openRenderer, options, pan, place, play, reset, resize, seek, set, turn, turntable, zoom,
 } from "./view.js";
@@ -52,7 +52,7 @@ function wirePanel() {
 function wireButtons() {
     const buttons = {
         fold: () => fold(root.classList.contains("unfolded")),
-        play, save, full: fullScreen, reset, open: () => element("file").click(), share: shareView, embed: copyFrame, copy,
+        play, save, full: fullScreen, reset, open: () => element("file").click(), share: () => share(false), embed: () => share(true), copy,
     };
     for (const [id, action] of Object.entries(buttons)) element(id).addEventListener("click", action);
     element("message").querySelector("button").addEventListener("click", dismiss);

@@ -5,16 +5,16 @@ import {probes} from "./reference.js";
 // comes back with half of its levels, repeatedly, down to level 1. After that, for a scene, after many losses in short
 // time, and if no context comes back, the poster stays.
 const WAIT = 12000; // milliseconds until the page reports that the context stays lost
-const MOST_LOSSES = 5, SPAN = 60000; // losses that the page follows within so many milliseconds
-let waiting = 0, losses = [];
+const MOST_LOSSES = 5, SPAN = 60000; // losses within so many milliseconds after which the model comes back
+let waiting = 0, losses = 0;
 
 // Returns what to show after the context is restored, or null. current: see current_model.js. variant: the last variant,
 // or null.
 export function afterLoss(current, variant) {
-    const {model: {levels}, memory} = current, isTrial = memory.read() === "trying", now = performance.now();
+    const {model: {levels}, memory} = current, isTrial = memory.read() === "trying";
     memory.interrupted("texture");
-    losses = [...losses.filter((time) => time > now - SPAN), now];
-    if (losses.length > MOST_LOSSES) return null;
+    setTimeout(() => { --losses; }, SPAN);
+    if (++losses > MOST_LOSSES) return null;
     if (isTrial || variant?.proven) return current;
     if (variant?.storage === "literal") {
         memory.write("texture");
@@ -46,7 +46,7 @@ export function reportLoss(next) {
     delete root.dataset.drawn;
     if (poster) poster.style.transform = "";
     clearTimeout(waiting);
-    if (losses.length > MOST_LOSSES) return giveUp(`The graphics driver was reset ${losses.length} times within a minute.`);
+    if (losses > MOST_LOSSES) return giveUp("The graphics driver was reset again and again.");
     if (!next) return giveUp("The graphics driver fails at this model, even at its first level alone.");
     setState("lost", "The graphics driver was reset");
     const meanwhile = hasPoster ? `; until then ${picture}` : "";

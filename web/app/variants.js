@@ -10,8 +10,7 @@ import {withOptions, uniforms} from "./uniforms.js";
 // names, inBlocks} by pass, with uniform locations in `names`; weights: a texture, or null; loops: the field's loop
 // iterations (field.js) where the driver limits them, else null; cost: milliseconds per pixel, 0 if unknown; proven:
 // whether it has drawn a whole picture.
-// Milliseconds: longest compilation of literals; longest wait for the first picture before it, where no processor draws.
-const LITERAL_LIMIT = 60000, LITERAL_DELAY = 30000;
+const LITERAL_LIMIT = 60000; // longest compilation of literals, milliseconds
 
 export class Variants {
     // scene: see uniforms.js; load() sets its model. listener: {loaded(), settled(): whether the picture is complete,
@@ -68,8 +67,7 @@ export class Variants {
     // Compiles the literals while the other variant draws, times both on the current view, and keeps the faster.
     async race(literal, isWanted, memory) {
         const {painter, scene} = this, remembered = memory.read();
-        const until = painter.device.isSoftware ? Infinity : performance.now() + LITERAL_DELAY;
-        while (remembered !== "literal" && isWanted() && !this.listener.settled() && performance.now() < until) await pause(100);
+        while (remembered !== "literal" && isWanted() && !this.listener.settled()) await pause(100);
         if (!isWanted()) return;
         memory.write("trying");
         this.listener.trying(true);

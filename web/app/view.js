@@ -100,15 +100,8 @@ export const place = (change) => look({...camera, ...change});
 // Writes camera and time to the URL's hash, after a delay.
 function writeHash() {
     clearTimeout(hashTimer);
-    hashTimer = setTimeout(() => history.replaceState(null, "", hashOfView()), 250);
-}
-
-const hashOfView = () => toHash(camera) + (options.time ? `&t=${Number(options.time.toFixed(3))}` : "") + keptInHash;
-
-// Returns the address of the page with the present view; without it for the first view, which the poster shows.
-export function addressOfView() {
-    const isFirst = toHash(camera) === toHash(home) && !options.time, hash = isFirst ? keptInHash && `#${keptInHash.slice(1)}` : hashOfView();
-    return location.href.split("#")[0] + hash;
+    const time = () => (options.time ? `&t=${Number(options.time.toFixed(3))}` : "");
+    hashTimer = setTimeout(() => history.replaceState(null, "", toHash(camera) + time() + keptInHash), 250);
 }
 
 function showTime(time) {
