@@ -67,6 +67,6 @@ TABLE = Kind("a table of models that mplicits wrote", lambda content: content.st
 GALLERY = Kind("the index of a gallery", lambda content: b'content="mplicits gallery"' in content)
 GENERATED = Kind(
     "a text that mplicits wrote",
-    lambda content: re.search(rb'\{"mplicits": "|<!-- (?:A page of|Made with) mplicits', content) is not None,
+    lambda content: re.search(rb'\{"mplicits": "|<!-- (?:A page of |Made with )?mplicits', content) is not None,
 )
 """Output of every target of `bake`: its header line (codegen/targets/header.py), or the comment of a packed page."""
