@@ -25,13 +25,17 @@ from .policy import hash_of
 
 HEAD = (
     "#version 300 es\nprecision highp float;precision highp int;"
-    "uniform vec2 iResolution;uniform vec4 V;uniform float iTime;uniform int iFrame,AA;out vec4 O;\n"
+    "uniform vec2 iResolution;uniform vec4 iView;uniform float iTime;uniform int iFrame,AA;out vec4 iColor;\n"
 )
-"""V: azimuth, elevation, zoom, and what is added to the background. iFrame is 0, so that loops are not unrolled."""
+"""iView: azimuth, elevation, zoom, and what is added to the background. iFrame is 0, so that loops are not unrolled.
+
+Shadertoy's inputs begin with i and a capital letter. Its text declares no such name, so the page's own have this form.
+"""
+MAIN = "void main(){mainImage(iColor,gl_FragCoord.xy);}"
 CAMERA = {
-    "radians(VIEW)+vec2(SPEED*iTime,0)-3.14*(iMouse.xy-abs(iMouse.zw))/z": "V.xy",
-    "float z=min(r.x,r.y)": "float z=V.z*min(r.x,r.y)",
-    "mix(BOTTOM,TOP,u.y/r.y)": "mix(BOTTOM,TOP,u.y/r.y)+V.w",
+    "radians(VIEW)+vec2(SPEED*iTime,0)-3.14*(iMouse.xy-abs(iMouse.zw))/z": "iView.xy",
+    "float z=min(r.x,r.y)": "float z=iView.z*min(r.x,r.y)",
+    "mix(BOTTOM,TOP,u.y/r.y)": "mix(BOTTOM,TOP,u.y/r.y)+iView.w",
 }
 """Text of glsl/shadertoy.glsl -> the page's."""
 DROPPED = re.compile(r"(?m)^//.*\n|^#define (?:VIEW|SPEED|AA)\b.*\n|(?<=\S) // .*$")
@@ -42,6 +46,7 @@ GL = {
     "DRAW_FRAMEBUFFER": 36009,
     "FRAGMENT_SHADER": 35632,
     "FRAMEBUFFER": 36160,
+    "LINK_STATUS": 35714,
     "LINEAR": 9729,
     "RENDERBUFFER": 36161,
     "RGBA8": 32856,
@@ -90,7 +95,7 @@ def script_parts(chosen: Emitted, model: Model, shade: str | None) -> tuple[dict
         "NETWORKS": networks,
         "VIEW": [round(angle, 3) for angle in view],
         "MOVES": int(program.moving),
-        "SHADER": HEAD + DROPPED.sub("", shader) + "void main(){mainImage(O,gl_FragCoord.xy);}",
+        "SHADER": HEAD + DROPPED.sub("", shader) + MAIN,
     }
     return values, bytes(weights)
 
@@ -119,6 +124,7 @@ def page_facts() -> dict[str, Any]:
         "page": _filled_slots(_read("page.html"), fixed),
         "unpacker": hash_of(fixed["unpack"]),
         "head": HEAD,
+        "main": MAIN,
         "camera": CAMERA,
         "dropped": DROPPED.pattern.removeprefix("(?m)"),
     }
@@ -130,7 +136,7 @@ def _drawing() -> str:
 
 
 def _fixed_slots() -> dict[str, str]:
-    return {"version": installed_version(), "unpack": f"{{{minified(_read('unpack.js'))}}}"}
+    return {"version": installed_version(), "unpack": minified(_read("unpack.js"))}
 
 
 def _filled_slots(text: str, slots: dict[str, str]) -> str:

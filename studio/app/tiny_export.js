@@ -5,13 +5,13 @@ import {packed124} from "./page_export.js";
 
 // Resolves to the HTML. model: of parseModel; shadertoy: its text, of shadertoyText (shadertoy.js).
 export async function tinyText({name, credit, front, inputs}, shadertoy) {
-    const {head, camera, dropped, script, page, unpacker} = facts.studio.tiny;
+    const {head, main, camera, dropped, script, page, unpacker} = facts.studio.tiny;
     let shader = shadertoy.replace(new RegExp(dropped, "gm"), "");
     for (const [text, replacement] of Object.entries(camera)) shader = shader.replace(text, replacement);
     const {azimuth, elevation} = shared.camera;
     const values = {
         NETWORKS: [], VIEW: (front ?? [azimuth, elevation]).map((angle) => Number((angle * Math.PI / 180).toFixed(3))),
-        MOVES: Number(inputs === "xyzt"), SHADER: `${head}${shader}void main(){mainImage(O,gl_FragCoord.xy);}`,
+        MOVES: Number(inputs === "xyzt"), SHADER: head + shader + main,
     };
     const filled = script.replace(new RegExp(`\\b(${Object.keys(values).join("|")})\\b`, "g"), (key) => JSON.stringify(values[key]));
     const slots = {

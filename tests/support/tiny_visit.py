@@ -10,16 +10,17 @@ from .browser import Visit
 
 COUNT = """{
     const request = requestAnimationFrame, old = matchMedia;
-    const context = WebGL2RenderingContext.prototype, {blitFramebuffer} = context;
-    window.asked = window.waiting = window.coarse = 0;
+    const context = WebGL2RenderingContext.prototype, {blitFramebuffer, scissor} = context;
+    window.asked = window.waiting = window.coarse = window.first = 0;
+    context.scissor = function (...values) { first ||= values[2] * values[3]; return scissor.apply(this, values); };
     context.blitFramebuffer = function (...values) { ++coarse; return blitFramebuffer.apply(this, values); };
     window.requestAnimationFrame = (draw) => (++asked, ++waiting, request((now) => (--waiting, draw(now))));
     window.matchMedia = (query) => (query.includes("motion") ? {matches: true} : old(query));
 }"""
-"""Script for `visit`: counts the frames that the page asked for, those that it waits for, and its coarse pictures;
-prefers less motion."""
-MOVES = "coarse > 3"
-"""Whether the view or the model moves: the page draws one coarse picture of a view at rest."""
+"""Script for `visit`: counts the frames that the page asked for, those that it waits for, its coarse pictures, and the
+pixels of the first; prefers less motion."""
+MOVES = "coarse > 12"
+"""Whether the view or the model moves: the page draws a few coarse pictures of a view at rest."""
 
 
 def asked(visited: Visit) -> int:

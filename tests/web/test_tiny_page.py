@@ -1,6 +1,8 @@
-"""Tiny pages: their code, their picture against Shadertoy's text, their controls, and hostile names."""
+"""Tiny pages: their code, their picture against Shadertoy's text, controls, failing devices, hostile names."""
 
+import re
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,11 +17,14 @@ from mplicits.model.model_file import load
 from mplicits.model.quantize import quantized_model
 from mplicits.viewer.draw.context import Context
 from mplicits.web.base124 import base124
+from mplicits.web.tiny_page import HEAD
+from support import needs
 from support.browser import visit
 from support.firefox import firefox
 from support.moving_model import moving_model
 from support.page_pictures import MODEL
 from support.random_model import random_model
+from support.scene_models import STILL, composed
 from support.shadertoy import SHADERTOY, picture
 from support.tiny_visit import COUNT, MOVES, asked, still
 from support.unpacked import bytes_of
@@ -29,6 +34,7 @@ if TYPE_CHECKING:
 
 TINY = TARGETS["tiny"]
 SMALL = replace(quantized_model(MODEL), credit="somebody, CC0", front=(200.0, 15.0))
+SHIPPED = load(model_path("spot-small"))
 SIZE = (195, 422)
 LABEL = 40
 """Rows at the top of a picture that may hold the credit."""
@@ -61,14 +67,25 @@ def test_the_text_of_a_page_holds_any_bytes(size: int) -> None:
 def test_the_page_draws_the_picture_of_shadertoys_text(
     browser: "Browser", osmesa: Context, tmp_path: Path, shade: str
 ) -> None:
-    text = SHADERTOY(SMALL, "packed", shade=shade)
-    with visit(browser, page(SMALL, tmp_path, shade), size=SIZE, share=1, script=COUNT) as visited:
+    text = SHADERTOY(SHIPPED, "packed", shade=shade)
+    assert "float V;" in text, "it has a grid of narrow bands"
+    with visit(browser, page(SHIPPED, tmp_path, shade), size=SIZE, share=1, script=COUNT) as visited:
         drawn = still(visited)
         samples = {aa: picture(osmesa, text.replace("AA 1", f"AA {aa}"), size=SIZE) for aa in (1, 2)}
         assert max(psnr(drawn, other) for other in samples.values()) > 40
-        assert visited.page.title() == "fitted"
-        assert "fitted by somebody, CC0" in visited.page.inner_text("body")
+        assert 500 < visited.page.evaluate("first") < 1200, "no long draw before the device is known"
+        assert visited.page.title() == SHIPPED.name
+        assert f"{SHIPPED.name} by {SHIPPED.credit}" in visited.page.inner_text("body")
         assert visited.console == []
+
+
+def test_the_pages_names_are_not_in_shadertoys_text(tmp_path: Path) -> None:
+    added = set(re.findall(r"\w+(?=[,;])", HEAD)) - {"AA", "float", "int"}  # AA replaces the text's
+    models = (SHIPPED, moving_model(), composed(tmp_path, STILL, widths=(8, 12)))
+    for storage, shade in product(("packed", "literal"), ("phong", "studio")):
+        for model in models[: 3 if storage == "literal" else 1]:
+            names = set(re.findall(r"\w+", SHADERTOY(model, storage, 4, shade=shade)))
+            assert added & names == {"iResolution", "iTime", "iFrame"}, (model.name, storage, shade)
 
 
 PINCH = """() => {
@@ -90,9 +107,10 @@ def test_dragging_turns_and_the_wheel_and_fingers_zoom(browser: "Browser", osmes
         mouse.down()
         mouse.move(110, 230, steps=3)
         mouse.up()
+        visited.page.keyboard.press("ArrowRight")  # as a drag of 40 pixels to the left
         turned = still(visited, before)
         # Shadertoy's y axis points up.
-        expected = picture(osmesa, text, (110, 422 - 230, 60, 422 - 200), size=SIZE)
+        expected = picture(osmesa, text, (110 - 40, 422 - 230, 60, 422 - 200), size=SIZE)
         assert psnr(turned, expected) > 30 > psnr(first, expected)
         before = asked(visited)
         mouse.wheel(0, -200)
@@ -147,13 +165,74 @@ def test_a_moving_model_has_its_weights_as_text(browser: "Browser", tmp_path: Pa
         assert np.array_equal(still(visited, before), first), "it stands at its first moment"
 
 
+NO_CONTEXT = "HTMLCanvasElement.prototype.getContext = () => null"
+FAILING = {
+    NO_CONTEXT: "WebGL 2 is missing",
+    "delete window.DecompressionStream": "DecompressionStream is not defined",
+    "WebGL2RenderingContext.prototype.createShader = () => null": "the graphics driver refuses the shader",
+    "WebGL2RenderingContext.prototype.linkProgram = () => {}": "the graphics driver refuses the shader",
+}
+"""Script that makes a device fail -> what the page says."""
+LINE = """(() => {
+    const range = document.createRange();
+    range.selectNodeContents(document.body);
+    const {top, bottom, left, right} = range.getBoundingClientRect();
+    const size = parseInt(getComputedStyle(document.body).fontSize);
+    return [top / innerHeight, bottom / innerHeight, left, innerWidth - right, size];
+})()"""
+
+
+@pytest.mark.parametrize("script", FAILING)
+def test_the_page_says_why_it_draws_nothing(browser: "Browser", tmp_path: Path, script: str) -> None:
+    with visit(browser, page(SMALL, tmp_path), size=(390, 844), script=script) as visited:
+        visited.until("document.body.innerText.includes('cannot')")
+        advice = "Try another browser or device."
+        assert visited.page.inner_text("body") == f"fitted cannot be drawn: {FAILING[script]}. {advice}"
+        top, bottom, left, right, size = visited.page.evaluate(LINE)
+        assert 0.3 < top < bottom < 0.7
+        assert min(left, right) >= 9
+        assert size >= 16
+        visited.page.set_viewport_size({"width": 300, "height": 200})
+        visited.page.keyboard.press("ArrowRight")
+        assert visited.console == []
+
+
+LOSE = """
+    window.canvas ??= document.querySelector("canvas");
+    window.loss ??= canvas.getContext("webgl2").getExtension("WEBGL_lose_context");
+    window.hoped ??= [];
+    canvas.addEventListener("webglcontextlost", ({defaultPrevented}) => hoped.push(defaultPrevented), {once: true});
+    loss.loseContext();
+"""
+"""Loses the context, and records whether the page hopes for another."""
+
+
+def test_a_lost_context_comes_back_until_it_fails_twice_in_a_row(browser: "Browser", tmp_path: Path) -> None:
+    with visit(browser, page(SMALL, tmp_path, "phong"), size=SIZE, share=1, script=COUNT) as visited:
+        first, tab = still(visited), visited.page
+        for _ in range(2):
+            before = asked(visited)
+            tab.evaluate(f"() => {{{LOSE}}}")
+            visited.until("document.body.innerText.includes('cannot be drawn: the graphics driver failed.')")
+            tab.evaluate("loss.restoreContext()")
+            assert np.array_equal(still(visited, before), first)
+        again = f'canvas.addEventListener("webglcontextrestored", () => {{{LOSE}}})'
+        tab.evaluate(f"() => {{{again}; {LOSE}}}")
+        visited.until("hoped.length === 3")
+        tab.evaluate("loss.restoreContext()")
+        visited.until("hoped.length === 4")
+        assert tab.evaluate("hoped") == [True, True, True, False]
+        assert "the graphics driver failed" in tab.inner_text("body")
+        assert visited.console == []
+
+
 def test_hostile_names_stay_text(browser: "Browser", tmp_path: Path) -> None:
     model = replace(quantized_model(random_model((8, 0), name=HOSTILE)), credit=HOSTILE)
     with visit(browser, page(model, tmp_path), size=(96, 96), share=1, script=COUNT) as visited:
         still(visited)
         assert visited.root("bad") is None
         assert "<script>document" in visited.page.title()
-        assert visited.page.evaluate("document.scripts.length") == 3
+        assert visited.page.evaluate("document.scripts.length") == 0
         refused = "fetch('data:,').then(() => 'sent', () => 'refused')"
         assert visited.page.evaluate(refused) == "refused"
 
@@ -162,7 +241,7 @@ def test_hostile_names_stay_text(browser: "Browser", tmp_path: Path) -> None:
 @pytest.mark.usefixtures("zopfli")
 @pytest.mark.parametrize(("name", "most"), [("spot-small", 10_000), ("spot", 30_000)])
 def test_pages_of_the_gallery_are_tiny(name: str, most: int) -> None:
-    pytest.importorskip("minify", reason="tdewolff-minify is not installed")
+    needs.package("minify")
     assert len(TINY(load(model_path(name))).encode()) <= most
 
 
