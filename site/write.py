@@ -46,8 +46,9 @@ def write_site(folder: Path, source: Path | None, title: str, force: bool = Fals
     with tqdm(total=total, bar_format="{desc} |{bar}| {n}/{total}", leave=False, disable=None) as bar:
 
         def begin(step: str) -> None:
-            bar.set_description_str(step)
-            bar.update()
+            if not bar.disable:
+                bar.update(int(bool(bar.desc)))  # the step before
+                bar.set_description_str(step)
 
         for number, (path, model) in enumerate(zip(paths, models, strict=True), 1):
             if bar.disable:
