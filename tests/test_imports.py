@@ -227,7 +227,13 @@ def script_violations(modules: dict[str, str]) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    "names", [SCRIPTS, WORKER, (*SCRIPTS[:-1], *TEXTS, *STUDIO, SCRIPTS[-1]), ("facts.js", *APP, *ELEMENT)]
+    "names",
+    [
+        SCRIPTS,
+        WORKER,
+        (*SCRIPTS[:-1], *TEXTS, *STUDIO, SCRIPTS[-1]),
+        ("facts.js", *APP[:4], "literal.js", *APP[4:], *ELEMENT),
+    ],
 )
 def test_modules_of_a_page_make_one_script(names: tuple[str, ...]) -> None:
     folders = ("web/app", "web/element", "studio/app")

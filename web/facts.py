@@ -30,8 +30,10 @@ PAGE_PASSES = ("near", "normals", "trace", "behind", "floor", "color")
 """Passes of a frame, in the order of their compilation."""
 
 
-def facts_json(facts: dict[str, Any]) -> str:
+def facts_json(facts: dict[str, Any], without: tuple[str, ...] = ()) -> str:
     """Write the JSON for web/app/facts.js: `facts`, and as `shared` the constants that Python and the page share.
+
+    without: names of constants that the scripts do not read.
 
     It is safe in a script element: nothing in it opens or closes a tag or a comment.
     """
@@ -97,4 +99,5 @@ def facts_json(facts: dict[str, Any]) -> str:
             "zoom": orbit.ZOOM,
         },
     }
-    return json.dumps(facts | {"shared": shared}).replace("<", "\\u003c")
+    read = {name: value for name, value in shared.items() if name not in without}
+    return json.dumps(facts | {"shared": read}).replace("<", "\\u003c")

@@ -1,6 +1,8 @@
 """Scripts in few bytes: by tdewolff-minify where it is installed, else by dropping comments and indentation."""
 
 import re
+from itertools import product
+from string import ascii_lowercase
 
 _INDENT = re.compile(r"^[ \t]+", re.MULTILINE)
 _COMMENT_LINE = re.compile(r"^//.*\n?", re.MULTILINE)
@@ -12,6 +14,12 @@ _CODE_LINE = re.compile(r"^[^#\n].*", re.MULTILINE)
 """A line of a shader that is no directive."""
 _SPACES = re.compile(r" *([*/=<>,;(){}?:&|]) *|(?<![-+]) *([-+](?! *[-+])) *")
 """Spaces that it does not need; those between two signs it does."""
+_WORD = re.compile(r"[A-Za-z_]\w*")
+_WORD_OR_FILE = re.compile(rf'"[^"]*"|{_WORD.pattern}')
+_DECLARED = re.compile(r"(?:#define|struct|void|bool|float|u?int|[iu]?vec[234]|mat[234]) +([A-Za-z_]\w{2,})")
+"""A name in a shader, where it is declared."""
+_SWIZZLE = re.compile(r"[xyzw]+|[rgba]+|[stpq]+")
+_END_OF_STATEMENT = re.compile(r"(?<=[;{},])\n(?!#|\Z)")
 _DECLARATION = re.compile(r"^(const|let) ", re.MULTILINE)
 """Start of a declaration in a script without indentation; those in a loop's head do not start a line."""
 _TOKEN = re.compile(r"""'(?:\\.|[^'\\])*'|"(?:\\.|[^"\\])*"|`(?:\\.|[^`\\])*`|[()\[\]{},;]""", re.DOTALL)
@@ -101,3 +109,25 @@ def short_shader(text: str) -> str:
     """Return GLSL or WGSL without indentation, comments and most spaces."""
     code = _SHADER_COMMENT.sub("", short_script(text))
     return _CODE_LINE.sub(lambda line: _SPACES.sub(r"\1\2", line[0]), code)
+
+
+def short_names(shaders: dict[str, str], others: str) -> dict[str, str]:
+    """Return short shaders, which may include one another, with names of two letters, and with fewer lines.
+
+    others: all other text with names of the shaders; these stay.
+    """
+    text, taken = "\n".join(shaders.values()), set(_WORD.findall(others))
+    free = (
+        a + b
+        for a, b in product(ascii_lowercase, repeat=2)
+        if a + b not in taken.union(_WORD.findall(text), ("do", "if", "in"))
+    )
+    own = [
+        name for name in dict.fromkeys(_DECLARED.findall(text)) if name not in taken and not _SWIZZLE.fullmatch(name)
+    ]
+    short = dict(zip(own, free, strict=False))
+
+    def renamed(shader: str) -> str:
+        return _WORD_OR_FILE.sub(lambda word: short.get(word[0], word[0]), shader)
+
+    return {name: _END_OF_STATEMENT.sub("", renamed(shader)) for name, shader in shaders.items()}

@@ -17,25 +17,39 @@ from ..model.errors import UserError
 from ..model.model import Model
 from ..model.version import installed_version
 from .facts import facts_json
-from .minified import minified, short_shader
+from .minified import minified, short_names, short_shader
 from .page import MODULE_LINE, model_bytes, poster_url, script
 from .scene import scene_facts, texel_bytes
 from .short_weights import ShortWeights, coded_weights, page_weights, short_weights
 
 APP = (
-    *("packed_weights.js", "safetensors.js", "lower.js", "cstyle.js", "literal.js", "texels.js", "field.js"),
+    *("packed_weights.js", "safetensors.js", "lower.js", "cstyle.js", "texels.js", "field.js"),
     *("baked_scene.js", "reference.js", "cells.js", "lowest.js", "camera.js", "backgrounds.js", "uniforms.js"),
-    *("device.js", "samples.js", "passes.js", "painter.js", "variants.js", "following.js", "renderer.js", "memory.js"),
-    "gestures.js",
+    *(
+        "device.js",
+        "samples.js",
+        "passes.js",
+        "painter.js",
+        "variants.js",
+        "following.js",
+        "renderer.js",
+        "gestures.js",
+    ),
 )
 """Modules in web/app/ that the module shares with the page, in their order."""
+NO_LITERALS = "const declareLiterals = () => [], straight = null;\n"
+"""Stands for literal.js, since the module has its weights in a texture."""
 ELEMENT = (
-    *("models.js", "orbits.js", "stage.js", "contexts.js", "element_tree.js", "view_element.js", "define.js"),
-    *("lights.js", "rays.js", "mesh.js"),
+    *("models.js", "orbits.js", "stage.js", "contexts.js", "element_tree.js", "properties.js", "view_element.js"),
+    *("define.js", "lights.js", "rays.js", "mesh.js"),
 )
 """Modules in web/element/, in their order."""
 SHADERS = ("anywhere", "accumulate", "present", "contrast", "scatter", "scatter.vert", "sine", "half_width")
 """Files in glsl/ with the shaders of the module."""
+UNREAD = ("shapes", "storages", "passes")
+"""Constants that only pages read."""
+ROOTS = tuple(f"{name}.glsl" for name in (*SHADERS, "skip", "march"))
+"""Files in glsl/ that scripts ask for."""
 HULL = ("hull.vert.glsl", "hull.frag.glsl", "hull_color.frag.glsl", "hull_depth.frag.glsl")
 """Files in web/element/ with the shaders for three.js."""
 EXPORTS = ("MplicitsView", "createMesh", "loadModel", "ownModel")
@@ -90,16 +104,17 @@ def _text(
         data = texel_bytes(text)
     else:
         data = chosen.data or model_bytes(chosen.model)
-    facts["weights"] = base64.b64encode(data).decode()
     # moving: a model in a file may move.
     prologue = fragment.prologue(header, replace(program, moving=True), DIALECT, text.weights, ground)
-    facts["shaders"] = _shaders(prologue)
     names = f"{{{', '.join(EXPORTS)}}}"
-    code = script(APP) + "".join(MODULE_LINE.sub("", _read(name)) for name in ELEMENT)
+    scripts = NO_LITERALS + script(APP) + "".join(MODULE_LINE.sub("", _read(name)) for name in ELEMENT)
+    code = minified(f"{scripts}return {names};")
+    shaders = short_names(_shaders(prologue), code + facts_json(facts))
+    facts |= {"weights": base64.b64encode(data).decode(), "shaders": shaders}
     lines = [
         header_line(header),
-        f"const facts = {facts_json(facts)}, {{shared}} = facts;",
-        f"const {names} = (() => {{{minified(f'{code}return {names};')}}})();",
+        f"const facts = {facts_json(facts, UNREAD)}, {{shared}} = facts;",
+        f"const {names} = (() => {{{code}}})();",
         f"export {names};",
     ]
     return "\n".join(lines) + "\n"
@@ -111,9 +126,17 @@ def types() -> str:
 
 
 def _shaders(prologue: str) -> dict[str, str]:
-    """Return the shaders' files by their names, without comments. prologue: text before the field."""
+    """Return the shaders' files by their names, without comments. prologue: text before the field.
+
+    A file that one other includes is in that one's text.
+    """
     names = dict.fromkeys(name for shader in SHADERS for name in glsl.load_numbered(f"{shader}.glsl")[1])
     texts = {"prologue": prologue} | {name: glsl.read(name) for name in names} | {name: _read(name) for name in HULL}
+    for name in (name for name in names if name not in ROOTS):
+        line = f'#include "{name}"\n'
+        including = [other for other, text in texts.items() if line in text]
+        if len(including) == 1:
+            texts[including[0]] = texts[including[0]].replace(line, texts.pop(name))
     return {name: short_shader(text) for name, text in texts.items()}
 
 

@@ -16,6 +16,7 @@ from mplicits.model.errors import UserError
 from mplicits.model.model_file import to_bytes
 from mplicits.web.module import standalone
 from mplicits.web.short_weights import MOST_ERROR, coded_weights
+from support import needs
 from support.browser import PATIENCE, listen
 from support.firefox import firefox
 from support.fitted_model import fitted_model
@@ -136,7 +137,7 @@ def test_the_text_names_the_model_and_holds_it() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "most"), [("spot-small", 45_000), ("spot", 60_000)])
 def test_modules_of_the_gallery_are_light(name: str, most: int) -> None:
-    pytest.importorskip("minify", reason="tdewolff-minify is not installed")
+    needs.package("minify")
     text = standalone(mplicits.load(name).model)
     assert len(gzip.compress(text.encode(), 9)) <= most
 
@@ -211,4 +212,4 @@ def test_two_modules_and_a_file_share_a_page(browser: "Browser", tmp_path: Path)
     names = [page.get_by_role("img", name=name).count() for name in ("fitted", "other")]
     context.close()
     assert names == [3, 1]
-    assert lines == ["mplicits-view: not a model file (.safetensors), or a damaged one"]
+    assert lines == ["mplicits-view: a.js cannot be loaded: not a model file (.safetensors), or a damaged one"]

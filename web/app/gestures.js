@@ -1,6 +1,7 @@
 // Calls turn, pan, zoom and reset for mouse and touch; pan and zoom may be null. `right` and `up` are shares of the canvas's height. Drag: turn.
-// Drag with the right or middle button, or with shift: pan. Wheel: zoom. One finger turns, two pan and pinch.
-export function listenToPointers(canvas, {turn, pan, zoom, reset}) {
+// Drag with the right or middle button, or with shift: pan. Wheel: zoom, where takesWheel(event). One finger turns, two pan and pinch.
+// sideways: pixels that a lone finger first moves to the side, where it scrolls the page up and down.
+export function listenToPointers(canvas, {turn, pan, zoom, reset, takesWheel = () => true, sideways = 0}) {
     const fingers = new Map();
     const center = () => {
         const all = [...fingers.values()];
@@ -14,9 +15,10 @@ export function listenToPointers(canvas, {turn, pan, zoom, reset}) {
         fingers.set(event.pointerId, {x: event.clientX, y: event.clientY});
     });
     canvas.addEventListener("pointermove", (event) => {
-        if (!fingers.has(event.pointerId)) return;
+        const finger = fingers.get(event.pointerId), isAlone = event.pointerType === "touch" && fingers.size === 1;
+        if (!finger || isAlone && !finger.moved && Math.abs(event.clientX - finger.x) < sideways) return;
         const before = center();
-        fingers.set(event.pointerId, {x: event.clientX, y: event.clientY});
+        fingers.set(event.pointerId, {x: event.clientX, y: event.clientY, moved: true});
         const after = center(), height = canvas.clientHeight;
         const right = (after.x - before.x) / height, up = (before.y - after.y) / height;
         if (fingers.size > 1 || event.shiftKey || event.buttons & 6) pan?.(right, up);
@@ -26,7 +28,7 @@ export function listenToPointers(canvas, {turn, pan, zoom, reset}) {
     for (const kind of ["pointerup", "pointercancel"])
         canvas.addEventListener(kind, (event) => fingers.delete(event.pointerId));
     canvas.addEventListener("wheel", (event) => {
-        if (!zoom) return;
+        if (!zoom || !takesWheel(event)) return;
         event.preventDefault();
         const notches = event.deltaY * [1 / 100, 1 / 3, 1][event.deltaMode];
         zoom(1.1 ** Math.max(-5, Math.min(5, event.ctrlKey ? 8 * notches : notches)));

@@ -5,7 +5,7 @@ import {watchDensity} from "./device.js";
 const MOST = 8;
 const drawing = new Set(), waiting = new Set(); // those that came first are first
 
-watchDensity(() => drawing.forEach((one) => one.resize()));
+if (globalThis.matchMedia) watchDensity(() => drawing.forEach((one) => one.resize())); // else on a server
 
 // Calls open() in the element's turn. one: {open(), rest(), resize(), idleness()}; rest: gives the context back; idleness: 2
 // out of view, 1 with a picture, 0 in use.

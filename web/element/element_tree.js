@@ -1,14 +1,22 @@
-// What an element shows: the canvas of its drawing, the last picture while it is away, and the poster before both.
+import {BACKGROUNDS, plainBackground} from "./backgrounds.js";
+
+// What an element shows: the canvas of its drawing, the last picture while it is away, the poster before both, and a line
+// where it fails.
 const STYLE = `
 :host { display: block; position: relative; width: 300px; height: 300px; contain: strict; }
 :host([hidden]) { display: none; }
-canvas, .poster, .poster > *, ::slotted([slot="poster"]) { position: absolute; inset: 0; width: 100%; height: 100%; }
-.poster img { object-fit: contain; }
+canvas, .poster, .poster img, ::slotted([slot="poster"]) { position: absolute; inset: 0; width: 100%; height: 100%; }
+.poster img, ::slotted([slot="poster"]) { object-fit: contain; }
 .poster, .still { pointer-events: none; }
 [hidden] { display: none; }
 .controls { touch-action: pan-y; cursor: grab; }
+:host([disable-zoom][disable-pan]) .controls { touch-action: pan-y pinch-zoom; }
+:host([touch-action="none"]) .controls { touch-action: none; }
 .controls:active { cursor: grabbing; }
-.controls:focus-visible { outline: 2px solid; outline-offset: -2px; }`;
+.controls:focus-visible { outline: 2px solid; outline-offset: -2px; }
+.note { position: absolute; inset: auto 0 0; padding: 8px 12px; font: 14px/1.4 system-ui, sans-serif; overflow-wrap: anywhere;
+color: #fff; background: rgb(0 0 0 / 75%); }
+.note:empty { display: none; }`;
 const LABELS = "arrow keys turn it, plus and minus zoom, R resets the view";
 
 export class ElementTree {
@@ -16,7 +24,8 @@ export class ElementTree {
         const shadow = host.attachShadow({mode: "open"}), style = new CSSStyleSheet();
         style.replaceSync(STYLE);
         shadow.adoptedStyleSheets = [style];
-        const [poster, slot, image, still] = ["div", "slot", "img", "canvas"].map((tag) => document.createElement(tag));
+        const [poster, slot, image, still, note] = ["div", "slot", "img", "canvas", "div"].map(
+            (tag) => document.createElement(tag));
         poster.className = "poster";
         poster.part = "poster";
         Object.assign(slot, {name: "poster"});
@@ -24,8 +33,9 @@ export class ElementTree {
         slot.append(image);
         poster.append(slot);
         Object.assign(still, {className: "still", hidden: true});
-        shadow.append(still, poster);
-        Object.assign(this, {shadow, poster, image, still, canvas: null});
+        Object.assign(note, {className: "note", part: "note", role: "status"});
+        shadow.append(still, poster, note);
+        Object.assign(this, {shadow, poster, image, still, note, canvas: null});
     }
 
     // Adds a canvas, below the last picture and the poster.
@@ -70,9 +80,19 @@ export class ElementTree {
         if (url) this.image.src = url;
     }
 
-    // Paints the poster's background as that of the drawing.
-    paint({bottom, top}) {
+    // Shows a line, or none.
+    say(text) {
+        if (this.note.textContent !== text) this.note.textContent = text;
+    }
+
+    // Paints the poster's background as that of the drawing, which it returns: [bottom, top]. name: of BACKGROUNDS, or rrggbb;
+    // else the background that fits the visitor's color scheme.
+    paint(name) {
+        const usual = matchMedia("(prefers-color-scheme: light)").matches ? "paper" : "slate";
+        const known = Object.hasOwn(BACKGROUNDS, name) ? BACKGROUNDS[name] : plainBackground(name);
+        const {bottom, top} = known ?? BACKGROUNDS[usual];
         const css = (color) => `rgb(${color.map((c) => Math.round(255 * c)).join(" ")})`;
         this.poster.style.background = `linear-gradient(${css(top)}, ${css(bottom)})`;
+        return [bottom, top];
     }
 }

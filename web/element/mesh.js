@@ -10,6 +10,7 @@ import {fitting} from "./uniforms.js";
 // A model in a scene of three.js: a box whose fragments trace rays, with the model's depth. It works with every release
 // that has WebGL 2: what differs between them is asked of THREE and of the renderer, never of the release's number.
 let driver = null; // {unroll, limitsLoops}
+let isRefused = false; // whether a line about the renderer is on the console
 
 // Returns an object for a scene. THREE: the library. options: {model: of loadModel, by default this module's; color: of a
 // model without a texture, a number or a THREE.Color; level; time}. The object has model space's coordinates: the shape
@@ -39,6 +40,7 @@ export function createMesh(THREE, options = {}) {
     mesh.customDepthMaterial = material("hull_depth.frag.glsl", {});
     mesh.name = model.name;
     mesh.onBeforeRender = (renderer, scene) => {
+        if (renderer.capabilities?.isWebGL2 === false || renderer.isWebGPURenderer) return decline(mesh);
         const isManaged = THREE.ColorManagement?.enabled || renderer.outputEncoding === THREE.sRGBEncoding && THREE.sRGBEncoding;
         for (const [name, value] of Object.entries({...lightsOf(THREE, scene, renderer), linearized: Boolean(isManaged)}))
             uniforms[name].value = value;
@@ -49,6 +51,15 @@ export function createMesh(THREE, options = {}) {
     for (const name of ["level", "time"])
         Object.defineProperty(mesh, name, {get: () => uniforms[name].value, set: (value) => (uniforms[name].value = value)});
     return mesh;
+}
+
+// Hides a mesh that the renderer cannot draw; the rest of the scene stays.
+function decline(mesh) {
+    mesh.visible = false;
+    if (isRefused) return;
+    isRefused = true;
+    console.error("createMesh needs a THREE.WebGLRenderer with WebGL 2: before release 118, its option "
+        + '{canvas, context: canvas.getContext("webgl2")}');
 }
 
 // Asks a context, which is given back at once.

@@ -15,18 +15,24 @@ export function ownModel() {
     return (baked = {...model, ground: facts.ground, poster: facts.poster});
 }
 
-// Resolves to the model in a file. signal: of an AbortController. Throws ModelError.
+// Resolves to the model in a file. signal: of an AbortController. Throws ModelError, which names the file.
 export async function loadModel(url, signal = null) {
-    const answer = await fetch(url, {signal});
-    if (!answer.ok) throw new ModelError(`${url}: ${answer.status} ${answer.statusText}`);
-    const model = parseModel(await answer.arrayBuffer(), true);
-    return {...model, ground: lowestPoint(model), poster: null};
+    try {
+        const answer = await fetch(url, {signal}), {status} = answer;
+        // HTTP/2 has no texts.
+        if (!answer.ok) throw new ModelError(`${status} ${answer.statusText || (status === 404 ? "Not Found" : "")}`.trim());
+        const model = parseModel(await answer.arrayBuffer(), true);
+        return {...model, ground: lowestPoint(model), poster: null};
+    } catch (error) {
+        if (signal?.aborted) throw error;
+        throw new ModelError(`${String(url).slice(0, 200)} cannot be loaded: ${error.message}`, {cause: error});
+    }
 }
 
 // Resolves to the model of an element: of a file, else by its name, else of the first module. src, name: attributes, or
 // null; known: the Models of the page. Calls `missing` with an error where no module of the page has it, and waits for one.
 export async function findModel(src, name, known, signal, missing) {
-    if (src) return loadModel(new URL(src, document.baseURI), signal);
+    if (src) return loadModel(src, signal);
     const named = () => name === null ? known.values().next().value : known.get(name);
     for (let isTold = false; !named(); await known.change()) {
         if (isTold || document.readyState !== "complete") continue;

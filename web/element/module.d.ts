@@ -13,7 +13,7 @@ export interface Model {
 /** Returns the model in this module. */
 export function ownModel(): Model;
 
-/** Reads a .safetensors model. */
+/** Reads a .safetensors model. Rejects with an Error whose message names the file. */
 export function loadModel(url: string | URL, signal?: AbortSignal | null): Promise<Model>;
 
 export interface CameraOrbit {
@@ -25,12 +25,37 @@ export interface CameraOrbit {
     radius: number;
 }
 
-/**
- * <mplicits-view>. Attributes: src, model, alt, poster, loading, reveal, camera-controls, disable-zoom, disable-pan,
- * camera-orbit, turntable, auto-rotate, rotation-per-second, autoplay, shade, level, background.
- * Events: load, error, poster-dismissed, camera-change.
- */
+/** Events of <mplicits-view>. */
+export interface MplicitsViewEventMap extends Omit<HTMLElementEventMap, "load" | "error"> {
+    load: CustomEvent<{url: string}>;
+    /** preventDefault() keeps the message away from the view and the console. */
+    error: CustomEvent<{type: "loadfailure" | "webglcontextlost"; sourceError: Error}>;
+    "poster-dismissed": CustomEvent<{}>;
+    "camera-change": CustomEvent<{source: "user-interaction" | "automatic"}>;
+}
+
+/** <mplicits-view>. Properties that are not readonly, except currentTime, are attributes: cameraOrbit is camera-orbit. */
 export class MplicitsView extends HTMLElement {
+    src: string | null;
+    model: string | null;
+    alt: string | null;
+    poster: string | null;
+    loading: string | null;
+    reveal: string | null;
+    shade: string | null;
+    /** Last level to draw, from 1; null: all. */
+    level: number | null;
+    background: string | null;
+    cameraOrbit: string | null;
+    cameraControls: boolean;
+    disableZoom: boolean;
+    disablePan: boolean;
+    touchAction: string | null;
+    /** Seconds of a turn. */
+    turntable: number | null;
+    autoRotate: boolean;
+    rotationPerSecond: string | null;
+    autoplay: boolean;
     readonly loaded: boolean;
     readonly modelIsVisible: boolean;
     readonly paused: boolean;
@@ -43,6 +68,20 @@ export class MplicitsView extends HTMLElement {
     showPoster(): void;
     /** The refined picture, a PNG. */
     toBlob(): Promise<Blob>;
+    addEventListener<Type extends keyof MplicitsViewEventMap>(
+        type: Type, listener: (this: MplicitsView, event: MplicitsViewEventMap[Type]) => void,
+        options?: boolean | AddEventListenerOptions,
+    ): void;
+    addEventListener(
+        type: string, listener: EventListenerOrEventListenerObject | null, options?: boolean | AddEventListenerOptions,
+    ): void;
+    removeEventListener<Type extends keyof MplicitsViewEventMap>(
+        type: Type, listener: (this: MplicitsView, event: MplicitsViewEventMap[Type]) => void,
+        options?: boolean | EventListenerOptions,
+    ): void;
+    removeEventListener(
+        type: string, listener: EventListenerOrEventListenerObject | null, options?: boolean | EventListenerOptions,
+    ): void;
 }
 
 export interface MeshOptions {

@@ -2,7 +2,7 @@ import {shared} from "./facts.js";
 
 // Texts of the attributes that place and turn the camera of an element.
 const UNITS = {deg: 1, rad: 180 / Math.PI, "": 1};
-const TURN = 20; // seconds of a turntable's turn
+export const TURN = 20; // seconds of a turntable's turn
 const SPEED = 180 / 32; // degrees per second of auto-rotate
 const FARTHEST_EYE = shared.camera.zoom[1];
 

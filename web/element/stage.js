@@ -1,18 +1,19 @@
-import {BACKGROUNDS, plainBackground} from "./backgrounds.js";
 import {homeOf, matrix, orbited, panned, zoomed} from "./camera.js";
 import {nextFrame} from "./device.js";
 import {facts, shared} from "./facts.js";
 import {printField} from "./field.js";
 import {listenToKeys, listenToPointers} from "./gestures.js";
-import {memoryOf} from "./memory.js";
 import {probes} from "./reference.js";
 import {Renderer} from "./renderer.js";
+
+const SIDEWAYS = 8; // pixels; a browser scrolls after some 15
 
 // Draws one model on one canvas: its camera, its options and its motion. view.js is the same for a whole page.
 // camera: see camera.js, or null for the model's front.
 export class Stage {
     // listener: {loaded(), frame(frame), moved(isByVisitor), lost(), failed(error)}; loaded: called once, when the model's
-    // shader is ready; frame: of the renderer; lost: the canvas is blank until the browser restores its context.
+    // shader is ready; frame: of the renderer; lost: the canvas is blank until the browser restores its context, which it
+    // does where lost() does not free the stage.
     constructor(canvas, listener) {
         const none = () => {};
         Object.assign(this, {
@@ -23,14 +24,13 @@ export class Stage {
             level: Infinity, normalLevel: null, shading: facts.shade, iterations: 1, resolution: "auto", time: 0,
             light: shared.defaults.light.map((c) => c / length), background: [],
         };
-        this.setBackground("");
         this.renderer = new Renderer(canvas, (name) => facts.shaders[name], {
             frame: (frame) => this.isFreed || listener.frame(frame), progress: none, stored: none, trying: none,
             failed: (error) => this.isFreed || listener.failed(error),
         });
         canvas.addEventListener("webglcontextlost", (event) => {
-            event.preventDefault();
             if (!this.isFreed) listener.lost();
+            if (!this.isFreed) event.preventDefault(); // for the browser to restore it
         });
         canvas.addEventListener("webglcontextrestored", () => this.isFreed || this.restore());
     }
@@ -41,7 +41,7 @@ export class Stage {
         this.resize();
         this.draw(true);
         const field = printField(model, "texture", this.renderer.device.unroll);
-        await this.renderer.load(model, field, null, model.field ? {points: [], values: []} : probes(model), memoryOf(""));
+        await this.renderer.load(model, field, null, model.field ? {points: [], values: []} : probes(model), null);
         if (this.isFreed || this.isLoaded || !this.renderer.variants.current) return;
         this.isLoaded = true;
         this.listener.loaded();
@@ -76,21 +76,14 @@ export class Stage {
 
     draw(moving) {
         const levels = this.model?.levels.length ?? 1, {options} = this;
-        const shading = options.shading === "texture" && !this.model?.texture ? facts.shade : options.shading;
+        const isKnown = options.shading === "texture" ? this.model?.texture : shared.shadings.includes(options.shading);
+        const shading = isKnown ? options.shading : facts.shade;
         this.renderer.show(this.view, {...options, shading, level: Math.min(options.level, levels)}, moving);
     }
 
     set(change, moving = false) {
         Object.assign(this.options, change);
         this.draw(moving);
-    }
-
-    // name: of BACKGROUNDS, or rrggbb; else the background that fits the visitor's color scheme. Returns its tone.
-    setBackground(name) {
-        const usual = matchMedia("(prefers-color-scheme: light)").matches ? "paper" : "slate";
-        const known = Object.hasOwn(BACKGROUNDS, name) ? BACKGROUNDS[name] : plainBackground(name) ?? BACKGROUNDS[usual];
-        this.options.background = [known.bottom, known.top];
-        return known;
     }
 
     move(camera, isByVisitor = true) {
@@ -116,10 +109,18 @@ export class Stage {
         this.move(null);
     }
 
-    // Lets the visitor move the camera. zooms, pans: whether also these.
-    listen(zooms, pans) {
+    // Lets the visitor move the camera. zooms, pans: whether also these. isGreedy: whether they never scroll the page:
+    // else, the wheel does without focus and without Ctrl, and so does a finger up and down.
+    listen(zooms, pans, isGreedy) {
         const pan = pans ? (right, up) => this.pan(right, up) : null, zoom = zooms ? (factor) => this.zoom(factor) : null;
-        listenToPointers(this.canvas, {turn: (right, up) => this.turn(right, up), pan, zoom, reset: () => this.reset()});
+        listenToPointers(this.canvas, {
+            turn: (right, up) => this.turn(right, up), pan, zoom, reset: () => this.reset(),
+            sideways: isGreedy ? 0 : SIDEWAYS, takesWheel: ({ctrlKey, metaKey}) => isGreedy || ctrlKey || metaKey || this.canvas.matches(":focus"),
+        });
+        // Where one finger scrolls the page, two do not.
+        this.canvas.addEventListener("touchmove", (event) => {
+            if (event.targetTouches.length > 1 && (pan || zoom)) event.preventDefault();
+        }, {passive: false});
         const arrow = (right, up) => ({shiftKey}) => (
             shiftKey ? pan?.(-0.05 * right, -0.05 * up) : this.turn(-right / 36, -up / 36));
         listenToKeys({
@@ -184,6 +185,7 @@ export class Stage {
     // Gives the graphics context back. Nothing else is called afterwards.
     free() {
         this.isFreed = true;
-        this.renderer.device.gl.getExtension("WEBGL_lose_context")?.loseContext();
+        const {device} = this.renderer;
+        if (!device.lost) device.gl.getExtension("WEBGL_lose_context")?.loseContext();
     }
 }

@@ -2,21 +2,27 @@ import {askToDraw, endDrawing, giveTurns} from "./contexts.js";
 import {ElementTree} from "./element_tree.js";
 import {findModel, Models} from "./models.js";
 import {isMotionWelcome, readOrbit, readTurn, writtenOrbit} from "./orbits.js";
+import {addProperties, adoptProperties, ATTRIBUTES} from "./properties.js";
 import {Stage} from "./stage.js";
 
 // <mplicits-view>: a model in a page. Attributes and events are those of Google's <model-viewer> where they mean the
 // same; docs/engines.md lists them. A graphics context exists only while the element is in view, and is not resting (contexts.js).
 const NEAR_VIEW = "200px"; // distance from the window at which an element begins
 const AWAY = 1000; // milliseconds out of view after which an element frees its context
-const CONTROLS = ["camera-controls", "disable-zoom", "disable-pan", "alt"];
+const STEADY = 10000; // milliseconds of drawing after which a context counts as good, also where the shape always moves
+const CONTROLS = ["camera-controls", "disable-zoom", "disable-pan", "touch-action", "alt"];
 const TURNS = ["turntable", "auto-rotate", "rotation-per-second"];
+const RESET = "The graphics driver was reset. The model comes back when the driver does.";
+const LOST = "The graphics driver fails at this model. Reload the page to try again.";
 
-export class MplicitsView extends HTMLElement {
-    static observedAttributes = ["src", "model", "poster", "shade", "level", "background", "camera-orbit", ...CONTROLS, ...TURNS];
+export class MplicitsView extends (globalThis.HTMLElement ?? Object) { // on a server, nothing makes one
+    static observedAttributes = Object.keys(ATTRIBUTES);
     static models = new Models();
+    #connected = false;
     #near = false;
     #load = null; // AbortController of the current model; null before, and after a failure
     #failed = false;
+    #losses = 0; // of the graphics context since the last finished picture
     #stage = null;
     #model = null;
     #camera = null; // kept while the element is out of view
@@ -45,15 +51,18 @@ export class MplicitsView extends HTMLElement {
     }
 
     connectedCallback() {
+        adoptProperties(this);
+        this.#connected = true;
         for (const watcher of this.#watchers) watcher.observe(this);
         this.#showPoster();
+        this.#apply();
         this.#beginInTime();
     }
 
     disconnectedCallback() {
         for (const watcher of this.#watchers) watcher.disconnect();
         clearTimeout(this.#away);
-        this.#near = false;
+        this.#connected = this.#near = false;
         this.#free();
     }
 
@@ -65,7 +74,9 @@ export class MplicitsView extends HTMLElement {
         else if (name === "camera-orbit") this.#place(true);
         else if (CONTROLS.includes(name)) this.#free(); // a new canvas, since listeners cannot be taken off the old one
         else if (TURNS.includes(name)) this.#turn(true);
-        else if (this.#stage) this.#apply();
+        else if (name === "autoplay") this.#autoplay();
+        else this.#apply();
+        if (isModel || name === "loading") this.#beginInTime();
         this.#wake();
     }
 
@@ -130,10 +141,19 @@ export class MplicitsView extends HTMLElement {
         this.dispatchEvent(new CustomEvent(type, {detail}));
     }
 
-    #fail(error) {
+    #fail(error, type = "loadfailure") {
         this.#failed = true;
-        const event = new CustomEvent("error", {detail: {type: "loadfailure", sourceError: error}});
-        if (this.dispatchEvent(event)) console.warn(`mplicits-view: ${error.message}`);
+        const event = new CustomEvent("error", {detail: {type, sourceError: error}, cancelable: true});
+        if (!this.dispatchEvent(event)) return;
+        this.#tree.say(error.message);
+        console.warn(`mplicits-view: ${error.message}`);
+    }
+
+    // Draws no more, until another model is set.
+    #giveUp(error, type) {
+        this.#cover();
+        this.#free();
+        this.#fail(error, type);
     }
 
     #seen(isNear) {
@@ -144,12 +164,12 @@ export class MplicitsView extends HTMLElement {
     }
 
     #beginInTime() {
-        if (this.#near || (this.isConnected && this.getAttribute("loading") === "eager")) this.#begin();
+        if (this.#near || (this.#connected && this.loading === "eager")) this.#begin();
     }
 
     // Draws again what rests.
     #wake() {
-        if (this.#near && this.#model && !this.#failed) this.#begin();
+        if (this.#near && this.#model) this.#begin();
     }
 
     #isIdle() {
@@ -169,6 +189,7 @@ export class MplicitsView extends HTMLElement {
                 if (signal.aborted) return;
                 this.#model = model;
                 this.#failed = false;
+                this.#tree.say("");
                 this.#showPoster();
             } catch (error) {
                 if (!signal.aborted) this.#load = null;
@@ -177,23 +198,24 @@ export class MplicitsView extends HTMLElement {
         }
         const isAllowed = this.getAttribute("reveal") !== "manual" || this.#dismissed;
         const isSeen = this.#near && this.offsetWidth && this.offsetHeight;
-        if (this.#model && isSeen && !this.#stage && isAllowed) askToDraw(this.#drawer);
+        if (this.#model && !this.#failed && isSeen && !this.#stage && isAllowed) askToDraw(this.#drawer);
     }
 
     async #open() {
         const canvas = this.#tree.open();
-        let isFirst = true, stage = null;
+        let began = 0, stage = null; // when it drew first
         try {
             stage = this.#stage = new Stage(canvas, {
                 loaded: () => {
                     this.#turn();
-                    const plays = this.#plays ?? (this.hasAttribute("autoplay") && isMotionWelcome());
-                    if (plays && this.#model.inputs === "xyzt") stage.play();
+                    this.#autoplay();
                     this.#tell("load", {url: this.getAttribute("src") ?? ""});
                 },
                 frame: ({settled, size}) => {
-                    if (settled || !isFirst || size[1] > canvas.height / 3) this.#reveal();
-                    isFirst = false;
+                    const now = performance.now();
+                    if (settled || began || size[1] > canvas.height / 3) this.#reveal();
+                    began ||= now;
+                    if (settled || now - began > STEADY) this.#losses = 0;
                     giveTurns();
                 },
                 moved: (isByVisitor) => {
@@ -201,8 +223,13 @@ export class MplicitsView extends HTMLElement {
                     this.#turns &&= !isByVisitor;
                     this.#tell("camera-change", {source: isByVisitor ? "user-interaction" : "automatic"});
                 },
-                lost: () => this.#cover(),
-                failed: (error) => this.#fail(error),
+                lost: () => {
+                    began = 0;
+                    this.#cover();
+                    if (++this.#losses > 1) return this.#giveUp(new Error(LOST), "webglcontextlost");
+                    this.#tree.say(RESET);
+                },
+                failed: (error) => this.#giveUp(error),
             });
             stage.model = this.#model;
             stage.resize();
@@ -212,23 +239,20 @@ export class MplicitsView extends HTMLElement {
             stage.options.time = this.#time;
             await stage.show(this.#model);
         } catch (error) {
-            if (stage !== this.#stage) return;
-            this.#free();
-            this.#fail(error);
+            if (stage === this.#stage) this.#giveUp(error);
         }
     }
 
     #listen() {
         const moves = this.hasAttribute("camera-controls");
         this.#tree.describe(this.getAttribute("alt") ?? this.#model.name, moves);
-        if (moves) this.#stage.listen(!this.hasAttribute("disable-zoom"), !this.hasAttribute("disable-pan"));
+        if (moves) this.#stage.listen(!this.disableZoom, !this.disablePan, this.touchAction === "none");
     }
 
     // Sets shading, level and background from the attributes.
     #apply() {
-        const text = this.getAttribute("shade"), level = Number(this.getAttribute("level"));
-        this.#tree.paint(this.#stage.setBackground(this.getAttribute("background") ?? ""));
-        this.#stage.set({...(text && {shading: text}), level: level >= 1 ? level : Infinity});
+        const {shade, level} = this, background = this.#tree.paint(this.background ?? "");
+        this.#stage?.set({shading: shade, level: level >= 1 ? level : Infinity, background});
     }
 
     // Moves the camera to its attribute, or back to where it was.
@@ -245,6 +269,12 @@ export class MplicitsView extends HTMLElement {
         this.#stage?.turntable(this.#turns && isMotionWelcome() ? readTurn((name) => this.getAttribute(name)) : 0);
     }
 
+    #autoplay() {
+        const plays = this.#plays ?? (this.autoplay && isMotionWelcome()), stage = this.#stage;
+        if (plays && this.#model?.inputs === "xyzt") stage?.play();
+        else stage?.pause();
+    }
+
     #showPoster() {
         this.#tree.picture(this.getAttribute("poster") ?? this.#model?.poster ?? null);
     }
@@ -258,6 +288,7 @@ export class MplicitsView extends HTMLElement {
         const isManual = this.getAttribute("reveal") === "manual" && !this.#dismissed;
         if (isManual || !this.#stage) return;
         this.#tree.settle();
+        this.#tree.say("");
         if (this.#shown) return;
         this.#shown = true;
         this.#tree.poster.hidden = true;
@@ -268,10 +299,13 @@ export class MplicitsView extends HTMLElement {
         this.#free();
         this.#load?.abort();
         this.#load = this.#model = this.#camera = null;
+        this.#failed = false;
+        this.#losses = 0;
         this.#turns = true;
         this.#tree.still.hidden = true;
+        this.#tree.say("");
+        this.#showPoster();
         this.showPoster();
-        this.#beginInTime();
     }
 
     // Gives the graphics context back, and leaves the last picture.
@@ -285,3 +319,5 @@ export class MplicitsView extends HTMLElement {
         this.#stage = null;
     }
 }
+
+addProperties(MplicitsView.prototype);
