@@ -41,8 +41,8 @@ QUICK = TrainingConfig(
         lipschitz_points=4000,
         rough_points=2000,
         field_points=2000,
-        tracing=TracingConfig(rays=128),
-        comparing=ComparingConfig(lines=2048, points=2000),
+        tracing=TracingConfig(rays=128, rounds=1, worst=64, samples=100),
+        comparing=ComparingConfig(lines=2048, points=2000, along=TracingConfig(samples=100)),
     ),
 )
 """Draws and measures fewer points."""

@@ -268,7 +268,10 @@ def test_load_ignores_the_state() -> None:
 @pytest.mark.usefixtures("usual_signals")
 @pytest.mark.parametrize(
     ("number", "stage"),
-    [*((signal.SIGINT, stage) for stage in ("level 1", "level 2", "tex")), *((end, "level 2") for end in ENDINGS)],
+    [
+        *((signal.SIGINT, stage) for stage in ("level 1", "level 2", "tex")),
+        *(pytest.param(end, "level 2", marks=pytest.mark.slow) for end in ENDINGS),
+    ],
 )
 def test_a_signal_inside_a_step_waits_for_its_end(
     number: signal.Signals, stage: str, ball: Shape, unbroken: dict[bool, Model], monkeypatch: pytest.MonkeyPatch
