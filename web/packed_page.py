@@ -13,6 +13,7 @@ from .deflate import deflated
 from .minified import minified, minified_style, short_script, short_shader
 from .policy import ANY, hashes
 from .short_weights import page_weights, short_weights
+from .spaces import squeezed
 
 BINARY = "application/octet-stream"
 """Type of the script elements with base64, which is stored as bytes."""
@@ -48,7 +49,7 @@ def rounding(model: Model, storage: str = "auto", digits: int | None = None) -> 
 
 
 def packed(page: str, alone: bool = False) -> str:
-    """Return a page that replaces itself with `page`, without its comments and indentation.
+    """Return a page that replaces itself with `page`, without its comments, indentation and most spaces.
 
     page: text of `page.standalone` or `page.without_model`. alone: rename all names of its script; the studio needs
     them, and its parts, as they are. Title, policy and poster stay readable, so that the poster is seen before a script
@@ -92,7 +93,7 @@ def _short(match: re.Match[str], parts: list[bytes], alone: bool) -> str:
     if alone and (kind is None or kind[1] == "module"):
         return minified(content)
     if kind is None or kind[1] in ("module", WORKER):
-        return short_script(content)
+        return squeezed(short_script(content))
     if kind[1] in (COMPUTE, "x-shader/x-fragment"):
         return short_shader(content)
     if kind[1] != BINARY or not content.strip():

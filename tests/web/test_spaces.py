@@ -1,0 +1,21 @@
+"""JavaScript without the spaces that it does not need."""
+
+import pytest
+
+from mplicits.web.spaces import squeezed
+
+CASES = {
+    "const a = {b: 1, c: [d, e]};": "const a={b:1,c:[d,e]};",
+    "a = b + -c - --d; // it's 1": "a=b + -c - --d;",
+    "say(\"a = b; // c\", 'd { e');": "say(\"a = b; // c\",'d { e');",
+    "`a { ${b ? `${c.d({e: 1})} , f` : g} = h`;": "`a { ${b?`${c.d({e:1})} , f`:g} = h`;",
+    "return / *[ /'] = {/.test(a) ? b / c : d / e;": "return / *[ /'] = {/.test(a)?b/c:d/e;",
+    "/*studio*/\nf ( a );\n/*end*/": "/*studio*/\nf(a);\n/*end*/",
+}
+"""Script -> the same in fewer bytes."""
+
+
+@pytest.mark.parametrize("script", CASES)
+def test_only_needless_spaces_go(script: str) -> None:
+    assert squeezed(script) == CASES[script]
+    assert squeezed(CASES[script]) == CASES[script]

@@ -1,0 +1,44 @@
+"""JavaScript without the spaces that it does not need."""
+
+import re
+from collections.abc import Iterator
+
+_REGEX = r"(?:(?<=[=(,:!&|?\[;{>])|(?<=return)) *(/(?![*/])(?:\\.|\[(?:\\.|[^\]\\\n])*\]|[^/\\\n\[])+/)"
+"""A regular expression, not a division: what stands before it is no value."""
+_PIECE = re.compile(rf"""'(?:\\.|[^'\\])*'|"(?:\\.|[^"\\])*"| *//[^\n]*|{_REGEX}|[`{{}}]""")
+_TEXT = re.compile(r"(?:\\.|[^`\\$]|\$(?!\{))*(`|\$\{)", re.DOTALL)
+"""The text of a template, up to its end or to an expression in it."""
+_SPACES = re.compile(r" *([*/%=<>,;(){}?:&|!\[\]^]) *")
+
+
+def squeezed(script: str) -> str:
+    """Return JavaScript without comments from // to the line's end, and without the spaces beside its marks.
+
+    Strings, templates and regular expressions keep theirs. script: without other comments, except marks such as
+    /*end*/, which have neither spaces nor quotes.
+    """
+    pieces, end = [], 0
+    for start, after in _texts(script):
+        text = script[start:after]
+        pieces += [_SPACES.sub(r"\1", script[end:start]), "" if text.lstrip().startswith("//") else text]
+        end = after
+    return "".join([*pieces, _SPACES.sub(r"\1", script[end:])])
+
+
+def _texts(script: str) -> Iterator[tuple[int, int]]:
+    """Yield start and end of the strings, comments, regular expressions, and parts of templates in a script."""
+    opened: list[bool] = []  # whether each open brace belongs to an expression in a template
+    at = 0
+    while piece := _PIECE.search(script, at):
+        at, first = piece.end(), piece[0]
+        if first == "{":
+            opened.append(False)
+        elif first == "`" or (first == "}" and opened.pop()):
+            text = _TEXT.match(script, at)
+            assert text is not None
+            at = text.end()
+            if text[1] != "`":
+                opened.append(True)
+            yield piece.start(), at
+        elif first != "}":
+            yield piece.start(1) if piece[1] else piece.start(), at
