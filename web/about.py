@@ -3,10 +3,10 @@
 import html
 
 ICON = (
-    "data:image/svg+xml,<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 8 8'>"
-    "<circle cx='4' cy='4' r='3' fill='orange' stroke='orange' stroke-width='2' stroke-opacity='.4'/></svg>"
+    "data:image/svg+xml,<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 2 2'>"
+    "<circle cx='1' cy='1' r='1' fill='orange'/></svg>"
 )
-"""URL of the icon: a shape, and a level set of its distance."""
+"""URL of the icon, a disk."""
 PREVIEW = (800, 420)
 """Width and height in pixels of the picture in a link preview: the usual ratio; a larger one takes long to draw."""
 

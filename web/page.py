@@ -58,13 +58,13 @@ TEXTS = ("glsl_function.js",)
 """Modules in web/app/ that print a model's text for other programs; only some pages have them."""
 POSTER_SIDE = 160
 """Pixels along each side of the picture that the page shows before its first frame."""
-POSTER_QUALITY = 75
+POSTER_QUALITY = 50
 """Quality of its WebP, from 0 to 100."""
 NO_PICTURE = "data:,"
 """URL in the place of a poster."""
 SHADERS = ("anywhere", *PAGE_PASSES, "accumulate", "present", "blocks.vert", "contrast", "scatter", "scatter.vert")
 """Files in glsl/ with the shaders of the page."""
-PROBES = 16
+PROBES = 8
 """Largest number of points at which the page checks its field."""
 
 MODULE_LINE = re.compile(r"^import [^;]*;\n|^export (?=\w)", re.MULTILINE)
@@ -73,7 +73,7 @@ _PLACE = re.compile(r"\{\{(\w+)\}\}")
 """A placeholder in page.html or page.css."""
 _CONTROL = re.compile(r"[\x00-\x1f]")
 """Characters that a title does not hold: packed_page.py uses two of them as marks."""
-DESCRIPTION = "A shape as a small neural network. Drag to turn it."
+DESCRIPTION = "A shape as a neural network: drag to turn it."
 PALETTES = {"dark": page_style.variables(page_style.DARK), "light": page_style.variables(page_style.LIGHT)}
 
 
