@@ -270,7 +270,6 @@ function wireStudio() {
     element("welcome").hidden = hasOwnModel;
     openShapesWith(openShapeFiles, filesOfDrop, freeStage);
     element("lacking").textContent = lacking();
-    element("choose").disabled = lacking().includes("WebGL2");
     element("file").multiple = true;
     const choices = Object.entries(facts.studio.presets).map(([value, {label}]) => ({value, label}));
     fillChoices(element("preset"), choices, facts.studio.preset, fillSettings);
