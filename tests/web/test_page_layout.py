@@ -227,7 +227,17 @@ def test_screen_readers_get_names_values_and_live_regions(wide: Visit) -> None:
     assert (light["valuemin"], light["valuemax"], light["value"]) == (-180, 180, 126)
     texts = "[iterations, light].map((slider) => slider.ariaValueText)"
     assert wide.page.evaluate(texts) == ["20, 5 steps", "126 degrees from the right, 47 from the viewer"]
-    buttons = {"Controls", "Play", "Save PNG", "Full screen", "Reset view", "Open model", "Copy as Shadertoy"}
+    buttons = {
+        "Controls",
+        "Play",
+        "Save PNG",
+        "Full screen",
+        "Reset view",
+        "Open model",
+        "Share",
+        "Embed",
+        "Copy as Shadertoy",
+    }
     assert set(roles["button"]) == buttons
     assert {"Shading", "Level", "Normals from level", "Background", "Resolution"} <= set(roles["group"])
     live = """() => [...document.querySelectorAll("output, [role=status], [role=alert], [aria-live]")]
