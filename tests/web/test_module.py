@@ -14,6 +14,7 @@ from mplicits.bake.registry import TARGETS
 from mplicits.codegen.targets.header import read_header
 from mplicits.model.errors import UserError
 from mplicits.model.model_file import to_bytes
+from mplicits.web.minified import short_names
 from mplicits.web.module import standalone
 from mplicits.web.short_weights import MOST_ERROR, coded_weights
 from support import needs
@@ -132,6 +133,15 @@ def test_the_text_names_the_model_and_holds_it() -> None:
     assert "<b>" not in text.split("\n", 1)[1]
     assert "getElementById" not in text
     assert text.rstrip().endswith("export {MplicitsView, createMesh, loadModel, ownModel};")
+
+
+def test_names_of_shaders_are_short_and_those_that_scripts_read_stay() -> None:
+    text = '#include "width.glsl"\nuniform float level;\nfloat doubled(vec4 rgb) {\nreturn width*level*rgb.x;\n}\n'
+    shaders = {"doubled.glsl": text, "width.glsl": "float width=2.0;\n"}
+    assert short_names(shaders, "names.level = ab(doubled.glsl)") == {
+        "doubled.glsl": '#include "width.glsl"\nuniform float level;float doubled(vec4 rgb) {return aa*level*rgb.x;}\n',
+        "width.glsl": "float aa=2.0;\n",
+    }
 
 
 @pytest.mark.slow

@@ -214,7 +214,8 @@ def test_a_context_lost_while_loading_delays_the_load(browser: "Browser", files:
         opened.told("a", "poster-dismissed")
         assert page.evaluate("window.loads") == 0
         assert opened.events("a") == ["load", "poster-dismissed"]
-        # While it is shown: the poster covers the blank canvas.
+        # While it is shown, once the picture is finished: the poster covers the blank canvas.
+        page.evaluate("async () => { await of('a').toBlob(); }")
         covered = page.evaluate("""async () => {
             const canvas = of("a").shadowRoot.querySelector("canvas:not(.still)");
             let covered = null;

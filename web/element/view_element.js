@@ -18,7 +18,7 @@ const LOST = "The graphics driver fails at this model. Reload the page to try ag
 export class MplicitsView extends (globalThis.HTMLElement ?? Object) { // on a server, nothing makes one
     static observedAttributes = Object.keys(ATTRIBUTES);
     static models = new Models();
-    #connected = false;
+    #connected = false; // unlike isConnected, not yet while the browser tells of the attributes of a new element
     #near = false;
     #load = null; // AbortController of the current model; null before, and after a failure
     #failed = false;
@@ -137,16 +137,16 @@ export class MplicitsView extends (globalThis.HTMLElement ?? Object) { // on a s
         return this.#stage.renderer.png();
     }
 
-    #tell(type, detail = {}) {
-        this.dispatchEvent(new CustomEvent(type, {detail}));
+    // Returns whether no listener prevents what follows.
+    #tell(type, detail = {}, cancelable = false) {
+        return this.dispatchEvent(new CustomEvent(type, {detail, cancelable}));
     }
 
-    #fail(error, type = "loadfailure") {
+    #fail(sourceError, type = "loadfailure") {
         this.#failed = true;
-        const event = new CustomEvent("error", {detail: {type, sourceError: error}, cancelable: true});
-        if (!this.dispatchEvent(event)) return;
-        this.#tree.say(error.message);
-        console.warn(`mplicits-view: ${error.message}`);
+        if (!this.#tell("error", {type, sourceError}, true)) return;
+        this.#tree.say(sourceError.message);
+        console.warn(`mplicits-view: ${sourceError.message}`);
     }
 
     // Draws no more, until another model is set.
@@ -182,10 +182,10 @@ export class MplicitsView extends (globalThis.HTMLElement ?? Object) { // on a s
     async #begin() {
         if (!this.#load) {
             this.#load = new AbortController();
-            const {signal} = this.#load, [src, name] = ["src", "model"].map((key) => this.getAttribute(key));
+            const {signal} = this.#load;
             const failed = (error) => signal.aborted || this.#fail(error);
             try {
-                const model = await findModel(src, name, MplicitsView.models, signal, failed);
+                const model = await findModel(this.src, this.model, MplicitsView.models, signal, failed);
                 if (signal.aborted) return;
                 this.#model = model;
                 this.#failed = false;
@@ -196,9 +196,13 @@ export class MplicitsView extends (globalThis.HTMLElement ?? Object) { // on a s
                 return failed(error);
             }
         }
-        const isAllowed = this.getAttribute("reveal") !== "manual" || this.#dismissed;
         const isSeen = this.#near && this.offsetWidth && this.offsetHeight;
-        if (this.#model && !this.#failed && isSeen && !this.#stage && isAllowed) askToDraw(this.#drawer);
+        if (this.#model && !this.#failed && isSeen && !this.#stage && !this.#isKept) askToDraw(this.#drawer);
+    }
+
+    // Whether the poster stays until a script dismisses it.
+    get #isKept() {
+        return this.reveal === "manual" && !this.#dismissed;
     }
 
     async #open() {
@@ -209,7 +213,7 @@ export class MplicitsView extends (globalThis.HTMLElement ?? Object) { // on a s
                 loaded: () => {
                     this.#turn();
                     this.#autoplay();
-                    this.#tell("load", {url: this.getAttribute("src") ?? ""});
+                    this.#tell("load", {url: this.src ?? ""});
                 },
                 frame: ({settled, size}) => {
                     const now = performance.now();
@@ -244,8 +248,8 @@ export class MplicitsView extends (globalThis.HTMLElement ?? Object) { // on a s
     }
 
     #listen() {
-        const moves = this.hasAttribute("camera-controls");
-        this.#tree.describe(this.getAttribute("alt") ?? this.#model.name, moves);
+        const moves = this.cameraControls;
+        this.#tree.describe(this.alt ?? this.#model.name, moves);
         if (moves) this.#stage.listen(!this.disableZoom, !this.disablePan, this.touchAction === "none");
     }
 
@@ -257,7 +261,7 @@ export class MplicitsView extends (globalThis.HTMLElement ?? Object) { // on a s
 
     // Moves the camera to its attribute, or back to where it was.
     #place(isFromAttribute) {
-        const stage = this.#stage, text = this.getAttribute("camera-orbit");
+        const stage = this.#stage, text = this.cameraOrbit;
         if (isFromAttribute) this.#camera = stage && text ? readOrbit(text, stage.home, stage.distance) : null;
         if (!stage) return;
         stage.camera = this.#camera;
@@ -276,7 +280,7 @@ export class MplicitsView extends (globalThis.HTMLElement ?? Object) { // on a s
     }
 
     #showPoster() {
-        this.#tree.picture(this.getAttribute("poster") ?? this.#model?.poster ?? null);
+        this.#tree.picture(this.poster ?? this.#model?.poster ?? null);
     }
 
     #cover() {
@@ -285,8 +289,7 @@ export class MplicitsView extends (globalThis.HTMLElement ?? Object) { // on a s
     }
 
     #reveal() {
-        const isManual = this.getAttribute("reveal") === "manual" && !this.#dismissed;
-        if (isManual || !this.#stage) return;
+        if (this.#isKept || !this.#stage) return;
         this.#tree.settle();
         this.#tree.say("");
         if (this.#shown) return;
