@@ -4,13 +4,13 @@ import {TEXTURE_WIDTH} from "./texels.js";
 import {withOptions, uniforms} from "./uniforms.js";
 
 // The model's shader has two variants: weights in a texture, or as literals. The texture variant is ready at once. The
-// literal variant compiles after the first picture, because slow drivers do nothing else then; it replaces the first one if
-// it is faster.
+// literal variant compiles after the first picture, because slow drivers draw nothing meanwhile; the faster one stays.
 // A variant is {storage, programs, weights, loops, cost, proven}. storage: "texture" or "literal"; programs: {program,
 // names, inBlocks} by pass, with uniform locations in `names`; weights: a texture, or null; loops: the field's loop
 // iterations (field.js) where the driver limits them, else null; cost: milliseconds per pixel, 0 if unknown; proven:
 // whether it has drawn a whole picture.
-const LITERAL_LIMIT = 60000; // longest compilation of literals, milliseconds
+// Milliseconds: longest compilation of literals; longest wait for the first picture before it.
+const LITERAL_LIMIT = 60000, LITERAL_DELAY = 30000;
 
 export class Variants {
     // scene: see uniforms.js; load() sets its model. listener: {loaded(), settled(): whether the picture is complete,
@@ -67,7 +67,8 @@ export class Variants {
     // Compiles the literals while the other variant draws, times both on the current view, and keeps the faster.
     async race(literal, isWanted, memory) {
         const {painter, scene} = this, remembered = memory.read();
-        while (remembered !== "literal" && isWanted() && !this.listener.settled()) await pause(100);
+        const isEarly = () => remembered !== "literal" && isWanted() && !this.listener.settled();
+        for (let waited = 0; waited < LITERAL_DELAY && isEarly(); waited += 100) await pause(100);
         if (!isWanted()) return;
         memory.write("trying");
         this.listener.trying(true);
