@@ -14,8 +14,8 @@ canvas, .poster, .poster img, ::slotted([slot="poster"]) { position: absolute; i
 :host([touch-action="none"]) .controls { touch-action: none; }
 .controls:active { cursor: grabbing; }
 .controls:focus-visible { outline: 2px solid; outline-offset: -2px; }
-.note { position: absolute; inset: auto 0 0; padding: 8px 12px; font: 14px/1.4 system-ui, sans-serif; overflow-wrap: anywhere;
-color: #fff; background: rgb(0 0 0 / 75%); }
+.note { position: absolute; inset: auto 0 0; max-height: 60%; overflow: auto; box-sizing: border-box; padding: 8px 12px;
+font: 13px/1.4 system-ui, sans-serif; overflow-wrap: anywhere; color: #fff; background: rgb(0 0 0 / 75%); }
 .note:empty { display: none; }`;
 const LABELS = "arrow keys turn it, plus and minus zoom, R resets the view";
 
