@@ -14,7 +14,7 @@ from support.conditions import CONDITIONS, conditioned
 from support.likeness import check_alike
 from support.paths import ROOT
 from support.phone import SIZE as PHONE
-from support.references import PIXELS, SHARE, SIZE, STILL, inner, rendered
+from support.references import PIXELS, SHARE, SIZE, STILL, check_rendered, rendered
 from support.shadertoy import picture
 from support.shadertoy_player import player_picture
 from support.stranger import Stranger
@@ -46,8 +46,8 @@ def test_committed_pictures_show_the_models(name: str, shipped: Stranger) -> Non
     """The first square of each is the model in the studio's light, at its first moment."""
     strip = np.asarray(Image.open(COMMITTED / f"{name}.png").convert("RGB"), np.int16)
     side = strip.shape[0]
-    drawn = rendered(shipped, name, size=(side, side), more="--background '#ffffff'")
-    check_alike(strip[:, :side], drawn, f"committed-{name}")
+    drawn = rendered(shipped, name, size=(side, side), more="--samples 16 --background '#ffffff'")
+    check_alike(strip[:, :side], f"committed-{name}", drawn)
 
 
 @pytest.mark.parametrize("size", [SIZE, PHONE], ids=["window", "phone"])
@@ -69,7 +69,7 @@ def test_the_shadertoy_text_in_another_player(name: str, osmesa: Context, shippe
     if not path.exists() and path.name not in (shipped.folder / "site" / INDEX).read_text("utf-8"):
         pytest.skip("the model has no such text")
     text = path.read_text("utf-8")
-    check_alike(player_picture(text, PIXELS, tmp_path), picture(osmesa, text, size=PIXELS), f"{name}-player")
+    check_alike(player_picture(text, PIXELS, tmp_path), f"{name}-player", picture(osmesa, text, size=PIXELS))
 
 
 @pytest.mark.parametrize("name", gallery.names())
@@ -86,5 +86,5 @@ def test_a_packed_model(browser: "Browser", shipped: Stranger) -> None:
         tab.until(STILL)
         tab.visit.drop(path.read_bytes(), path.name)
         tab.until(f"document.title.includes('spot') && {STILL}")
-        check_alike(inner(steady(tab)), inner(rendered(shipped, str(path))), "packed")
+        check_rendered(steady(tab), shipped, str(path), "", "packed")
         assert tab.console() == []

@@ -15,7 +15,7 @@ from mplicits.codegen.targets.orbit import FOV
 from support.conditions import CONDITIONS, check_line, conditioned
 from support.likeness import check_alike
 from support.module_pages import three_js
-from support.references import DRAG, PIXELS, SHARE, SIZE, inner, rendered
+from support.references import DRAG, PIXELS, SHARE, SIZE, check_rendered, rendered
 from support.server import served
 from support.stranger import MODULE, Stranger
 from support.tabs import Tab, chromium_tab, firefox_tab, steady
@@ -73,8 +73,7 @@ def check_view(tab: Tab, shipped: Stranger) -> None:
     """Compare the element with `mplicits render`, before and after a drag."""
     tab.until("document.querySelector('mplicits-view').modelIsVisible")
     for name in ("view", "view-turned"):
-        shown = steady(tab)
-        check_alike(inner(shown), inner(rendered(shipped, MODULE, hash_of(tab))), name)
+        check_rendered(steady(tab), shipped, MODULE, hash_of(tab), name)
         if name == "view":
             before = hash_of(tab)
             tab.drag(*DRAG)
@@ -121,8 +120,8 @@ def test_three_js(browser: "Browser", site: str, shipped: Stranger, tmp_path: "P
         assert tab.console() == []
     drawn = np.asarray(Image.open(io.BytesIO(data)).convert("RGBA"), np.int16)
     hash_ = f"#az={azimuth}&el={elevation}&d={distance}"
-    reference = rendered(shipped, MODULE, hash_, shade="texture", more="--transparent")
+    reference = rendered(shipped, MODULE, hash_, shade="texture", more="--transparent --samples 16")
     assert (drawn[..., 3] > 127).mean() > 0.1
     assert ((drawn[..., 3] > 127) != (reference[..., 3] > 127)).mean() < 0.005
     both = (drawn[..., 3] > 254) & (reference[..., 3] > 254)
-    check_alike(drawn[both][:, None, :3], reference[both][:, None, :3], "three")
+    check_alike(drawn[both][:, None, :3], "three", reference[both][:, None, :3])

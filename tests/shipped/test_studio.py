@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from support.conditions import CONDITIONS, check_line, conditioned
-from support.likeness import check_alike
 from support.presses import press_everything
-from support.references import SHARE, STILL, inner, rendered
+from support.references import SHARE, STILL, check_rendered
 from support.stranger import Stranger
 from support.studio_visit import save
 from support.tabs import Tab, chromium_tab, firefox_tab, steady
@@ -55,8 +54,7 @@ def test_chromium(example: int, browser: "Browser", shipped: Stranger, tmp_path:
         save(tab.visit, "#download", path)
         area = tab.evaluate("[...['width', 'height'].map((side) => document.getElementById('view')[side])]")
         shown = steady(tab)[: area[1], : area[0]]
-        drawn = rendered(shipped, str(path), tab.evaluate("location.hash"), shade="phong", size=area)
-        check_alike(inner(shown), inner(drawn), f"studio-{example}")
+        check_rendered(shown, shipped, str(path), tab.evaluate("location.hash"), f"studio-{example}", "phong")
         if not example:
             press_everything(tab.visit, "#exports")
         assert tab.console() == []

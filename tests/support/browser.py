@@ -15,7 +15,7 @@ from PIL import Image
 from support import needs
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser, BrowserType, Page
 
 DRIVERS = {"SwiftShader": "swiftshader", "SwiftShader for WebGL": "swiftshader-webgl", "llvmpipe": "gl-egl"}
 """Name of a software GL -> ANGLE's name for the back end that reaches it.
@@ -39,21 +39,23 @@ _FOLLOW = """hash => new Promise(done => {
 
 
 @contextmanager
-def chromium(driver: str = "SwiftShader", flags: Sequence[str] = ()) -> Iterator["Browser"]:
-    """Start Debian's Chromium, headless, on one of DRIVERS. Skips the test where it or Playwright is not installed.
-
-    flags: further ones.
-    """
+def chromium(driver: str = "SwiftShader") -> Iterator["Browser"]:
+    """Start Debian's Chromium, headless, on one of DRIVERS. Skips the test where it or Playwright is not installed."""
     sync_api = needs.package("playwright.sync_api")
-    path = needs.program("Chromium")
+    needs.program("Chromium")
     with sync_api.sync_playwright() as playwright:
-        flags = [*flags, "--use-gl=angle", f"--use-angle={DRIVERS[driver]}"]
-        flags += ["--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
-        flags += ["--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader"]
-        environment = {**os.environ, "EGL_PLATFORM": "surfaceless"}
-        browser = playwright.chromium.launch(executable_path=path, args=flags, env=environment, timeout=PATIENCE)
+        browser = launched(playwright.chromium, driver)
         yield browser
         browser.close()
+
+
+def launched(kind: "BrowserType", driver: str, flags: Sequence[str] = ()) -> "Browser":
+    """Start Chromium. driver: one of DRIVERS. flags: further ones."""
+    flags = [*flags, "--use-gl=angle", f"--use-angle={DRIVERS[driver]}"]
+    flags += ["--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
+    flags += ["--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader"]
+    environment: dict[str, str | float | bool] = {**os.environ, "EGL_PLATFORM": "surfaceless"}
+    return kind.launch(executable_path=needs.program("Chromium"), args=flags, env=environment, timeout=PATIENCE)
 
 
 _SHARE = "document.getElementById('view').width / document.getElementById('view').clientWidth"

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from support.browser import chromium
+from support.browser import launched
 from support.tabs import ChromiumTab, chromium_tab
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ class Condition:
     """What a browser lacks, or how it is used."""
 
     says: str = ""
-    """A regular expression of the line that a page shows; empty where it draws as always."""
+    """A regular expression of the line that a page shows, in any case; empty where it draws as always."""
     script: str = ""
     """JavaScript that runs before the page's own."""
     slower: int = 1
@@ -58,15 +58,15 @@ CONDITIONS = {
     "phone": Condition(options={"has_touch": True, "is_mobile": True}),
     "no-webgl2": Condition(r"WebGL ?2", script=_GET),
     "no-simd": Condition(flags=("--js-flags=--no-enable-sse4-1",)),
-    "no-decompression": Condition("(?i)unpack|DecompressionStream", script="delete globalThis.DecompressionStream;"),
-    "refusing-driver": Condition("(?i)driver|compiler|shader", script=_REFUSE),
-    "lost-contexts": Condition("(?i)driver|^$", script=_LOSE),
+    "no-decompression": Condition("unpack|DecompressionStream", script="delete globalThis.DecompressionStream;"),
+    "refusing-driver": Condition("driver|compiler|shader", script=_REFUSE),
+    "lost-contexts": Condition("driver", script=_LOSE),
 }
 """Name -> condition."""
 SMALLEST = 12
 """Smallest letters of a line, CSS pixels."""
 _LETTERS = """(pattern) => {
-    const holds = (node) => new RegExp(pattern).test(node.textContent) && node.checkVisibility();
+    const holds = (node) => new RegExp(pattern, "i").test(node.textContent) && node.checkVisibility();
     const found = [...document.querySelectorAll("body, body *")].filter(holds).at(-1);
     return found ? parseFloat(getComputedStyle(found).fontSize) : null;
 }"""
@@ -79,15 +79,13 @@ def conditioned(
 ) -> Iterator[ChromiumTab]:
     """Open a page in a condition. Afterwards nothing may stand on its console. size, share: of `support.tabs.Tab`."""
     if condition.flags:
-        with (
-            chromium("SwiftShader for WebGL", condition.flags) as other,
-            conditioned(other, path, replace(condition, flags=()), size, share) as tab,
-        ):
+        other = launched(browser.browser_type, "SwiftShader for WebGL", condition.flags)
+        with conditioned(other, path, replace(condition, flags=()), size, share) as tab:
             yield tab
+        other.close()
         return
-    with chromium_tab(
-        browser, path, size, share, script=condition.script, offline=isinstance(path, Path), **condition.options
-    ) as tab:
+    options = {"script": condition.script, "offline": isinstance(path, Path)} | condition.options
+    with chromium_tab(browser, path, size, share, **options) as tab:
         if condition.slower > 1:
             session = tab.visit.page.context.new_cdp_session(tab.visit.page)
             session.send("Emulation.setCPUThrottlingRate", {"rate": condition.slower})

@@ -33,9 +33,9 @@ def rendered(
     camera: str = "",
     shade: str = "studio",
     size: tuple[int, int] = PIXELS,
-    more: str = "",
+    more: str = "--samples 16",
 ) -> Picture:
-    """Return the picture that `mplicits render` draws of a model; with "--transparent" as `more`, (H, W, 4).
+    """Return the picture that `mplicits render` draws of a model; where it is transparent, (H, W, 4).
 
     camera: hash of a page's address. more: further options of `render`.
     """
@@ -44,29 +44,40 @@ def rendered(
     path = shipped.folder / "pictures" / f"{Path(model).name} {view} {shade} {size[0]}x{size[1]} {more}.png"
     if not path.exists():
         shipped.run("mkdir -p pictures")
-        words = f"--size {size[0]}x{size[1]} --shade {shade} --samples 16" + (f" --camera={view}" if view else "")
-        shipped.run(f"mplicits render {model} {words} {more} -o '{path}'")
-    return np.asarray(Image.open(path).convert("RGBA" if more == "--transparent" else "RGB"), np.int16)
+        words = f"--size {size[0]}x{size[1]} --shade {shade} {more}" + (f" --camera={view}" if view else "")
+        shipped.run(f"mplicits render {model} {words} -o '{path}'")
+    return np.asarray(Image.open(path).convert("RGBA" if "--transparent" in more else "RGB"), np.int16)
+
+
+def check_rendered(
+    picture: Picture, shipped: Stranger, model: str, camera: str, name: str, shade: str = "studio"
+) -> None:
+    """Compare the inner part of a picture with `mplicits render`. camera, model: of `rendered`; name: of files."""
+    height, width = picture.shape[:2]
+    drawn = [
+        inner(rendered(shipped, model, camera, shade, (width, height), f"--samples {samples}")) for samples in (16, 1)
+    ]
+    check_alike(inner(picture), name, *drawn)
 
 
 def check_page(tab: Tab, shipped: Stranger, name: str) -> None:
     """Compare a page of a model with `mplicits render`, before and after a drag."""
     tab.until(STILL)
-    check_alike(inner(steady(tab)), inner(rendered(shipped, name)), f"{name}-page")
+    check_rendered(steady(tab), shipped, name, "", f"{name}-page")
     tab.drag(*DRAG)
     tab.until(f"location.hash && {STILL}")
-    after, camera = steady(tab), tab.evaluate("location.hash")
-    check_alike(inner(after), inner(rendered(shipped, name, camera)), f"{name}-page-turned")
+    check_rendered(steady(tab), shipped, name, tab.evaluate("location.hash"), f"{name}-page-turned")
 
 
 def check_tiny(tab: Tab, shipped: Stranger, name: str, osmesa: Context) -> None:
     """Compare a tiny page with its Shadertoy text, before and after a drag."""
-    text = (
-        (shipped.folder / "site" / f"{name}.frag").read_text(encoding="utf-8").replace("#define AA 1", "#define AA 2")
-    )
-    tab.until("document.querySelector('canvas')?.width > 100")
-    check_alike(steady(tab), picture(osmesa, text, size=PIXELS), f"{name}-tiny")
-    tab.drag(*DRAG)
+    text = (shipped.folder / "site" / f"{name}.frag").read_text(encoding="utf-8")
+    texts = (text, text.replace("#define AA 1", "#define AA 2"))
     x, y, to_x, to_y = (SHARE * number for point in DRAG for number in point)
-    mouse = (to_x, PIXELS[1] - to_y, x, PIXELS[1] - y)
-    check_alike(steady(tab), picture(osmesa, text, mouse, size=PIXELS), f"{name}-tiny-turned")
+    drag = (to_x, PIXELS[1] - to_y, x, PIXELS[1] - y)
+    tab.until("document.querySelector('canvas')?.width > 100")
+    for mouse, suffix in (((0.0, 0.0, 0.0, 0.0), ""), (drag, "-turned")):
+        if suffix:
+            tab.drag(*DRAG)
+        drawn = [inner(picture(osmesa, each, mouse, size=PIXELS)) for each in texts]
+        check_alike(inner(steady(tab)), f"{name}-tiny{suffix}", *drawn)

@@ -31,8 +31,8 @@ PREFERENCES = {
 }
 """Preferences of Firefox: dark pages, nothing moves by itself, and the console is printed."""
 FRAME = "<!doctype html><style>iframe { position: fixed; inset: 0; width: %dpx; height: %dpx; border: 0 }</style>"
-TROUBLE = re.compile(r"(?m)^(?:JavaScript error: file|console\.(?:warn|error)).*$")
-"""A line that Firefox prints of an uncaught error, a warning or an error on the console."""
+TROUBLE = re.compile(r"(?m)^(?:JavaScript error: (?:file|http)|console\.(?:warn|error)(?!: RSLoader)).*$")
+"""A line that Firefox prints of an uncaught error, a warning or an error on the console, without its own loader's."""
 
 
 class Tab(Protocol):
