@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING
 import pytest
 import trimesh
 
+from mplicits.model.model_file import to_bytes
 from support.browser import visit
+from support.random_model import random_model
 from support.studio_visit import ball, ready, write_page
 
 if TYPE_CHECKING:
@@ -41,6 +43,9 @@ def test_a_browser_that_cannot_train_is_told_before_a_file(lack: str, browser: "
         visited.drop(ball(), "a.stl")
         visited.page.wait_for_selector("#message:not([hidden])")
         assert visited.message().startswith(f"a.stl: {line}")
+        visited.drop(to_bytes(random_model((4, 0), name="other")), "other.safetensors")
+        visited.until("document.title === 'other'")
+        assert not visited.page.is_visible("#welcome")
         assert visited.console == []
 
 
