@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from random import Random
 
@@ -76,9 +77,9 @@ def ball(tmp_path_factory: pytest.TempPathFactory) -> Shape:
 
 
 @pytest.fixture(scope="module")
-def unbroken(ball: Shape) -> dict[bool, Model]:
-    """Models of uninterrupted trainings, packed or not."""
-    return {settings.packed: Training(ball, settings, Log()).run() for settings in (SETTINGS, PACKED)}
+def unbroken(ball: Shape) -> Callable[[bool], Model]:
+    """A function that returns the model of an uninterrupted training, packed or not."""
+    return cache(lambda packed: Training(ball, PACKED if packed else SETTINGS, Log()).run())
 
 
 @pytest.fixture(autouse=True)
@@ -94,10 +95,15 @@ def refused(capsys: pytest.CaptureFixture[str], *argv: str) -> str:
 
 @pytest.mark.parametrize(
     ("stage", "packed"),
-    [pytest.param("level 1", False, marks=pytest.mark.slow), ("level 2", False), ("level 2", True), ("tex", False)],
+    [
+        pytest.param("level 1", False, marks=pytest.mark.slow),
+        ("level 2", False),
+        pytest.param("level 2", True, marks=pytest.mark.slow),
+        ("tex", False),
+    ],
 )
 def test_a_resumed_training_has_the_weights_of_an_uninterrupted_one(
-    ball: Shape, unbroken: dict[bool, Model], stage: str, packed: bool
+    ball: Shape, unbroken: Callable[[bool], Model], stage: str, packed: bool
 ) -> None:
     settings, log = PACKED if packed else SETTINGS, Log()
     with pytest.raises(KilledError):
@@ -108,9 +114,9 @@ def test_a_resumed_training_has_the_weights_of_an_uninterrupted_one(
     resumed = Training(ball, settings, log, part=Part(OUTPUT, log.say, 0.0)).run(before, snapshot)
     assert log.stages[0].startswith(stage)
     assert log.lines == []
-    for name, tensor in unbroken[packed].tensors().items():
+    for name, tensor in unbroken(packed).tensors().items():
         np.testing.assert_array_equal(resumed.tensors()[name], tensor, err_msg=name)
-    assert resumed.sha256() == unbroken[packed].sha256()
+    assert resumed.sha256() == unbroken(packed).sha256()
 
 
 def test_other_settings_resume_from_the_weights_only(ball: Shape) -> None:
@@ -274,7 +280,7 @@ def test_load_ignores_the_state() -> None:
     ],
 )
 def test_a_signal_inside_a_step_waits_for_its_end(
-    number: signal.Signals, stage: str, ball: Shape, unbroken: dict[bool, Model], monkeypatch: pytest.MonkeyPatch
+    number: signal.Signals, stage: str, ball: Shape, unbroken: Callable[[bool], Model], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The signal comes between gradient and optimizer; the resumed training has every bit of an unbroken one."""
     log, steps = Log(), [0]
@@ -293,7 +299,7 @@ def test_a_signal_inside_a_step_waits_for_its_end(
     record = stopped.provenance["texture"] or stopped.provenance["levels"][-1]
     assert record["steps"] == 20
     resumed = Training(ball, SETTINGS, log, part=Part(OUTPUT, log.say)).run(*Part(OUTPUT, log.say).read())
-    assert resumed.sha256() == unbroken[False].sha256()
+    assert resumed.sha256() == unbroken(False).sha256()
 
 
 @pytest.mark.usefixtures("usual_signals")
