@@ -78,8 +78,8 @@ def test_suited_frequencies_are_in_the_model(tmp_path: Path, monkeypatch: pytest
     use_quick_config(monkeypatch)
     monkeypatch.chdir(tmp_path)
     trimesh.creation.icosphere(subdivisions=3).export("ball.ply")
-    assert cli.main(["train", "ball.ply", "-o", "m.safetensors", "--levels", "8x0,8x1", "--steps", "20", "--quiet"]) == 0
-    made = load(tmp_path / "m.safetensors").provenance["settings"]["omegas"]
+    assert cli.main(["train", "ball.ply", "--levels", "8x0,8x1", "--steps", "20", "--quiet"]) == 0
+    made = load(tmp_path / "ball.safetensors").provenance["settings"]["omegas"]
     assert made == pytest.approx([suited_omega(i, 8, 0) for i in (0, 1)], abs=0.051)
 
 
