@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.slow
 
 MODEL = "spot-small"
+FINGER = 44
+"""Least width of a button for a finger, CSS pixels."""
 
 
 @pytest.mark.parametrize("name", CONDITIONS)
@@ -27,6 +29,8 @@ def test_a_page(name: str, browser: "Browser", shipped: Stranger) -> None:
             tab.drag(*DRAG)
         else:
             check_page(tab, shipped, MODEL)
+        if name == "phone":
+            assert tab.evaluate("document.getElementById('fold').getBoundingClientRect().width") >= FINGER
         press_everything(tab.visit)
 
 

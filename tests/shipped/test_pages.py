@@ -9,18 +9,22 @@ import pytest
 from mplicits.model import gallery
 from mplicits.site.write import INDEX, TEXTS
 from mplicits.viewer.draw.context import Context
+from support.conditions import PHONE
 from support.presses import press_everything
 from support.references import SHARE, SIZE, check_page, check_tiny
 from support.stranger import Stranger
-from support.tabs import FirefoxTab, chromium_tab, firefox_tab
+from support.tabs import FirefoxTab, Tab, chromium_tab, firefox_tab
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
 pytestmark = pytest.mark.slow
 
-MADE = [(name, target, suffix) for name in gallery.names() for _, target, suffix in TEXTS if suffix.endswith(".html")]
-IDS = [f"{name}-{target}" for name, target, _ in MADE]
+PAGES = [suffix for _, _, suffix in TEXTS if suffix.endswith(".html")]
+"""Endings of the pages that the gallery has of a model."""
+MADE = [(name, suffix) for name in gallery.names() for suffix in PAGES]
+IDS = [f"{name}{suffix}" for name, suffix in MADE]
+SMALL = "spot-small"
 
 
 @pytest.fixture(scope="module")
@@ -32,27 +36,39 @@ def fox(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FirefoxTab]:
 def page_of(shipped: Stranger, name: str, suffix: str) -> Path:
     """Return the path of a page of the gallery. Skips the test where the gallery has none for this model."""
     path = shipped.folder / "site" / f"{name}{suffix}"
-    if not path.exists() and f"{name}{suffix}" not in (shipped.folder / "site" / INDEX).read_text(encoding="utf-8"):
+    if not path.exists() and path.name not in (shipped.folder / "site" / INDEX).read_text(encoding="utf-8"):
         pytest.skip("the model has no such page")
     return path
 
 
-@pytest.mark.parametrize(("name", "target", "suffix"), MADE, ids=IDS)
-def test_chromium(name: str, target: str, suffix: str, browser: "Browser", osmesa: Context, shipped: Stranger) -> None:
+def check(tab: Tab, shipped: Stranger, name: str, suffix: str, osmesa: Context) -> None:
+    """Compare an open page with its reference, before and after a drag."""
+    if suffix == ".tiny.html":
+        check_tiny(tab, shipped, name, osmesa)
+    else:
+        check_page(tab, shipped, name)
+
+
+@pytest.mark.parametrize(("name", "suffix"), MADE, ids=IDS)
+def test_chromium(name: str, suffix: str, browser: "Browser", osmesa: Context, shipped: Stranger) -> None:
     with chromium_tab(browser, page_of(shipped, name, suffix), SIZE, SHARE) as tab:
-        if target == "tiny":
-            check_tiny(tab, shipped, name, osmesa)
-        else:
-            check_page(tab, shipped, name)
-            press_everything(tab.visit)
+        check(tab, shipped, name, suffix, osmesa)
+        press_everything(tab.visit)
         assert tab.console() == []
 
 
-@pytest.mark.parametrize(("name", "target", "suffix"), MADE, ids=IDS)
-def test_firefox(name: str, target: str, suffix: str, fox: FirefoxTab, osmesa: Context, shipped: Stranger) -> None:
+@pytest.mark.parametrize(("name", "suffix"), MADE, ids=IDS)
+def test_firefox(name: str, suffix: str, fox: FirefoxTab, osmesa: Context, shipped: Stranger) -> None:
     fox.open(page_of(shipped, name, suffix))
-    if target == "tiny":
-        check_tiny(fox, shipped, name, osmesa)
-    else:
-        check_page(fox, shipped, name)
+    check(fox, shipped, name, suffix, osmesa)
     assert fox.console() == []
+
+
+@pytest.mark.parametrize("suffix", PAGES)
+def test_firefox_of_a_phone_s_size(suffix: str, fox: FirefoxTab, osmesa: Context, shipped: Stranger) -> None:
+    fox.size = PHONE
+    fox.open(page_of(shipped, SMALL, suffix))
+    check(fox, shipped, SMALL, suffix, osmesa)
+    assert fox.evaluate("document.documentElement.scrollWidth") <= PHONE[0]
+    assert fox.console() == []
+    fox.size = SIZE

@@ -37,6 +37,10 @@ _LOSE = """{
 }"""
 
 
+PHONE = (390, 844)
+"""CSS pixels of a phone."""
+
+
 @dataclass(frozen=True)
 class Condition:
     """What a browser lacks, or how it is used."""
@@ -49,13 +53,15 @@ class Condition:
     """How many times slower the page's processor is."""
     flags: tuple[str, ...] = ()
     """Flags of Chromium."""
+    size: tuple[int, int] | None = None
+    """CSS pixels of the window; None for those of the test."""
     options: dict[str, Any] = field(default_factory=dict)
     """Options of `support.browser.visit`."""
 
 
 CONDITIONS = {
     "slow": Condition(slower=6),
-    "phone": Condition(options={"has_touch": True, "is_mobile": True}),
+    "phone": Condition(size=PHONE, options={"has_touch": True, "is_mobile": True}),
     "no-webgl2": Condition(r"WebGL ?2", script=_GET),
     "no-simd": Condition(flags=("--js-flags=--no-enable-sse4-1",)),
     "no-decompression": Condition("unpack|DecompressionStream", script="delete globalThis.DecompressionStream;"),
@@ -77,7 +83,10 @@ _LETTERS = """(pattern) => {
 def conditioned(
     browser: "Browser", path: Path | str, condition: Condition, size: tuple[int, int], share: float
 ) -> Iterator[ChromiumTab]:
-    """Open a page in a condition. Afterwards nothing may stand on its console. size, share: of `support.tabs.Tab`."""
+    """Open a page in a condition. Afterwards its console is empty, and nothing is wider than the window.
+
+    size, share: of `support.tabs.Tab`.
+    """
     if condition.flags:
         other = launched(browser.browser_type, "SwiftShader for WebGL", condition.flags)
         with conditioned(other, path, replace(condition, flags=()), size, share) as tab:
@@ -85,12 +94,13 @@ def conditioned(
         other.close()
         return
     options = {"script": condition.script, "offline": isinstance(path, Path)} | condition.options
-    with chromium_tab(browser, path, size, share, **options) as tab:
+    with chromium_tab(browser, path, condition.size or size, share, **options) as tab:
         if condition.slower > 1:
             session = tab.visit.page.context.new_cdp_session(tab.visit.page)
             session.send("Emulation.setCPUThrottlingRate", {"rate": condition.slower})
         yield tab
         assert tab.console() == []
+        assert tab.evaluate("document.documentElement.scrollWidth") <= tab.size[0]
 
 
 def check_line(tab: ChromiumTab, pattern: str) -> None:

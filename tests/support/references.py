@@ -73,11 +73,12 @@ def check_tiny(tab: Tab, shipped: Stranger, name: str, osmesa: Context) -> None:
     """Compare a tiny page with its Shadertoy text, before and after a drag."""
     text = (shipped.folder / "site" / f"{name}.frag").read_text(encoding="utf-8")
     texts = (text, text.replace("#define AA 1", "#define AA 2"))
-    x, y, to_x, to_y = (SHARE * number for point in DRAG for number in point)
-    drag = (to_x, PIXELS[1] - to_y, x, PIXELS[1] - y)
+    width, height = (round(tab.share * side) for side in tab.size)
+    x, y, to_x, to_y = (tab.share * number for point in DRAG for number in point)
+    drag = (to_x, height - to_y, x, height - y)
     tab.until("document.querySelector('canvas')?.width > 100")
     for mouse, suffix in (((0.0, 0.0, 0.0, 0.0), ""), (drag, "-turned")):
         if suffix:
             tab.drag(*DRAG)
-        drawn = [inner(picture(osmesa, each, mouse, size=PIXELS)) for each in texts]
+        drawn = [inner(picture(osmesa, each, mouse, size=(width, height))) for each in texts]
         check_alike(inner(steady(tab)), f"{name}-tiny{suffix}", *drawn)
