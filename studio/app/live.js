@@ -4,7 +4,6 @@ import {facts} from "./facts.js";
 import {printField} from "./field.js";
 import {memoryOf} from "./memory.js";
 import {modelFile} from "./model_file.js";
-import {probes} from "./reference.js";
 import {parseModel} from "./safetensors.js";
 import {parameterCount} from "./kernel.js";
 import {paddedNetwork} from "./training.js";
@@ -29,7 +28,8 @@ export class LivePicture {
 
     // Compiles the shader. Resolves when it is ready.
     async compile() {
-        this.shown = {model: this.model({levels: []}), probes: {points: [], values: []}, storage: "texture", sha256: "", memory: memoryOf("")};
+        const model = this.model({levels: []}), probes = {points: [], values: []};
+        this.shown = {model, probes, storage: "texture", sha256: "", memory: memoryOf("")}; // comes back after a lost context
         await start(this.shown);
         this.isReady = true;
     }

@@ -120,7 +120,8 @@ async function train(chosen, start, began) {
         const end = Math.max(settings.seconds, clock() + LEFT_SHARE * settings.seconds);
         // Where the processor draws, WebGPU would be slow, and a request for it waits for the picture and blocks the page.
         const gpu = renderer.device.isSoftware ? undefined : element("step.wgsl").textContent;
-        const options = {module, hasColors, gpu, clock, end, start, ...follow(mine, settings, clock, end, update, remember)};
+        const callbacks = follow(mine, settings, clock, end, update, remember);
+        const options = {module, hasColors, gpu, clock, end, start, ...callbacks};
         const trained = await trainShape(team, settings, facts.studio.config, options);
         state.result = {...trained, settings, seconds: clock(), isSaved: false};
         remember(state.result);

@@ -41,9 +41,9 @@ export function initialWeights({width, depth}, padded, outputs, omega, outputFac
 // without pauses; end: of the training, as of the clock. start: {levels, texture, weights, share}, networks of an
 // earlier training: finished levels, and the weights of the next one at a share of its schedule, or null.
 // afterStep: called after each step with {stage, steps, share, done, loss, weights, levels, network, layout, least, isLate,
-// left}: share of the stage, done of the whole; least: steps of the stage, where its time is over (isLate); left: seconds
-// of the whole; may return a promise; "stop" ends the training. tell: called with a stage, and what is done before or
-// after its steps.
+// left}: share of the stage, done of the whole; least: fewest steps of the stage; isLate: whether its time is over; left:
+// seconds to the end of the whole; may return a promise; "stop" ends the training. tell: called with a stage, and what is
+// done before or after its steps.
 // Returns {levels: [{network, layout, weights, steps, share, loss, restarts, seconds, delta, lipschitz,
 // stepBound, bandStepBound, meanF, distance, angle}], texture: the same up to `seconds`, or null}.
 export async function trainShape(team, settings, config, {module, hasColors = false, gpu, clock, end, start, afterStep, tell}) {
