@@ -48,26 +48,27 @@ export class Following {
             renderer[kept.name] = null;
         }
         if (performance.now() >= renderer.restAt) return this.rest();
-        const {isGood} = this;
-        if (this.coming?.isHurried === isGood) this.forget("coming");
-        this.coming ??= this.begin(isGood);
+        const {isGood} = this, quick = Math.sqrt(HURRY / this.time(1));
+        const scale = isGood ? ENOUGH : Math.max(COARSEST, Math.min(ENOUGH, quick));
+        const {isHurried, scale: begun} = this.coming ?? {};
+        if (isHurried === isGood || begun > 2 * scale) this.forget("coming"); // the first tiles tell the time of the rest
+        this.coming ??= this.begin(scale, !isGood);
         const {coming} = this;
         coming.spent += await painter.batch(current, coming.pass, coming.picture, 1);
         if (!coming.pass.tiles.length) {
-            const {picture: {width, height}, spent, scale, camera} = coming;
+            const {picture: {width, height}, spent, camera} = coming;
             this.forget("shown");
-            Object.assign(this, {shown: coming, coming: null, kept: {scene: {...scene, camera}, scale}});
+            Object.assign(this, {shown: coming, coming: null, kept: {scene: {...scene, camera}, scale: coming.scale}});
             renderer.listener.frame({milliseconds: spent, size: [width, height], samples: 1, settled: false});
         }
         this.put();
     }
 
-    begin(isGood) {
+    begin(scale, isHurried) {
         const {painter, scene, size} = this.renderer, {camera} = scene;
-        const scale = isGood ? ENOUGH : Math.max(COARSEST, Math.min(ENOUGH, Math.sqrt(HURRY / this.time(1))));
         const pixels = size.map((side) => Math.max(1, Math.round(scale * side)));
         const picture = painter.sized(null, pixels), pass = this.renderer.pass(scene, pixels, 0);
-        return {camera, picture, pass, scale, isHurried: !isGood, spent: 0};
+        return {camera, picture, pass, scale, isHurried, spent: 0};
     }
 
     // Draws the last picture to the canvas, or, as linear light, to another picture.
