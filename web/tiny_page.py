@@ -25,7 +25,8 @@ from .policy import hash_of
 
 HEAD = (
     "#version 300 es\nprecision highp float;precision highp int;"
-    "uniform vec2 iResolution;uniform vec4 iView;uniform float iTime;uniform int iFrame,AA;out vec4 iColor;\n"
+    "uniform vec4 iResolution,iView;uniform int iFrame;out vec4 iColor;\n"
+    "#define iTime iResolution.z\n#define AA int(iResolution.w)\n"
 )
 """iView: azimuth, elevation, zoom, and what is added to the background. iFrame is 0, so that loops are not unrolled.
 
@@ -34,10 +35,11 @@ Shadertoy's inputs begin with i and a capital letter. Its text declares no such 
 MAIN = "void main(){mainImage(iColor,gl_FragCoord.xy);}"
 CAMERA = {
     "radians(VIEW)+vec2(SPEED*iTime,0)-3.14*(iMouse.xy-abs(iMouse.zw))/z": "iView.xy",
+    "a.y=clamp(a.y,-1.4,1.4);\n": "",
     "float z=min(r.x,r.y)": "float z=iView.z*min(r.x,r.y)",
     "mix(BOTTOM,TOP,u.y/r.y)": "mix(BOTTOM,TOP,u.y/r.y)+iView.w",
 }
-"""Text of glsl/shadertoy.glsl -> the page's."""
+"""Text of glsl/shadertoy.glsl -> the page's, whose script limits the elevation."""
 DROPPED = re.compile(r"(?m)^//.*\n|^#define (?:VIEW|SPEED|AA)\b.*\n|(?<=\S) // .*$")
 """Comments, and settings that the page's script has instead."""
 GL = {

@@ -34,15 +34,15 @@ const functions = NETWORKS.map(([type, name, layers, outputs]) => {
 
 // Draws: coarse pixels in `buffer`, stretched over the canvas, while the view changes; then rows of fine pixels, from the
 // middle up and down, straight into the canvas. Their numbers follow the device, at some 50 ms for each coarse picture or
-// group of rows. The first picture has 1,000 pixels: a driver resets a GPU that draws for seconds.
+// group of rows, or part of a row. The first picture has 1,000 pixels: a driver resets a GPU that draws for seconds.
 const [label] = document.body.childNodes, canvas = document.createElement("canvas");
 const gl = canvas.getContext("webgl2", {antialias: false, preserveDrawingBuffer: true}), place = (name) => gl.getUniformLocation(program, name);
 canvas.style.cssText = "position:fixed;inset:0;width:100%;height:100%;z-index:-1;touch-action:none;pointer-events:auto";
 let [azimuth, elevation] = VIEW, zoom = 1, turns = !matchMedia("(prefers-reduced-motion:reduce)").matches;
 const moves = MOVES && turns, light = matchMedia("(prefers-color-scheme:light)").matches * .6;
-let program, buffer, pixels, fence, scale = 0, rows = 0, drawn = 0, last = 0, isAsked = false, isRough = true;
-// drawn: 0, or 1 + fine rows above the middle. steady: pieces drawn since the context was lost; a whole picture is many.
-let steady = 99;
+let program, buffer, pixels, fence, scale, rows, column, drawn, isAsked, isRough, last = 0;
+// drawn: 0, or 1 + fine rows above the middle; column: where the next begins. steady: pieces since the context was lost.
+let steady = 99; // a whole picture is many
 
 function start() {
     document.body.style.cssText = "margin:9px;overflow:hidden;color-scheme:light dark;color:canvastext;font:13px system-ui;pointer-events:none";
@@ -81,14 +81,12 @@ function fit() {
     redraw();
 }
 
-// Draws rows, from `from` on, of a picture, and one more column.
-function draw(target, width, height, from, count, samples) {
+// Draws a rectangle, from pixel (left, from) on, of a picture.
+function draw(target, width, height, left, from, columns, count, samples) {
     gl.bindFramebuffer(gl.FRAMEBUFFER, target);
-    gl.scissor(0, from, width + 1, count);
-    gl.uniform2f(place("iResolution"), width, height);
+    gl.scissor(left, from, columns, count);
+    gl.uniform4f(place("iResolution"), width, height, moves && last / 1e3, samples);
     gl.uniform4f(place("iView"), azimuth, elevation, zoom, light);
-    gl.uniform1f(place("iTime"), moves && last / 1e3);
-    gl.uniform1i(place("AA"), samples);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
 }
 
@@ -98,23 +96,30 @@ function frame(now) {
     const {width, height} = canvas, speed = Math.min(50 / (now - last), 4);
     if (isRough) {
         scale = Math.min(Math.max(scale * Math.sqrt(speed), Math.sqrt(1e3 / width / height)), 1);
-        rows = Math.ceil(height * scale * scale / 16);
-    } else rows = Math.ceil(rows * speed);
+        rows = height * scale * scale / 16;
+    } else rows *= speed;
     azimuth += turns * 3e-4 * Math.min(now - last, 99);
     last = now;
     isRough = turns || moves || !drawn || isRough && speed > 2 && scale < 1; // fine rows begin once the scale is known
     if (isRough) {
         const coarse = [Math.ceil(width * scale), Math.ceil(height * scale)];
-        draw(buffer, ...coarse, 0, coarse[1] + 1, 1); // stretching reads one more row and column
+        draw(buffer, ...coarse, 0, 0, coarse[0] + 1, coarse[1] + 1, 1); // stretching reads one more row and column
         gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, null);
         gl.scissor(0, 0, width, height);
         gl.blitFramebuffer(0, 0, ...coarse, 0, 0, width, height, gl.COLOR_BUFFER_BIT, gl.LINEAR);
         drawn = 1;
+        column = 0;
     } else {
-        for (const from of [drawn - 1, 1 - drawn - rows]) {
-            draw(null, width, height, (height >> 1) + from, rows, scale > .3 ? 2 : 1); // 4 samples where it is fast
+        // Of a long row a part, above and below the middle; 4 samples a pixel where it is fast.
+        const columns = Math.ceil(width * Math.min(rows, 1)), count = column ? 1 : Math.ceil(rows);
+        for (const from of [drawn - 1, 1 - drawn - count]) {
+            draw(null, width, height, column, (height >> 1) + from, columns, count, scale > .3 ? 2 : 1);
         }
-        drawn += rows;
+        column += columns;
+        if (column >= width) {
+            drawn += count;
+            column = 0;
+        }
     }
     fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
     if (drawn < height / 2 + 1) {
