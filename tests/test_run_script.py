@@ -34,7 +34,8 @@ STAND_INS = {
     "sudo": "#!/bin/sh\nexit 1\n",
     "c++": "#!/bin/sh\n",
 }
-VENV, SETUPTOOLS, PROJECT = "-m venv", "-m pip install -q -c constraints.txt setuptools numpy", "--no-build-isolation -e ."
+VENV, PROJECT = "-m venv", "--no-build-isolation -e ."
+SETUPTOOLS = "-m pip install -q -c constraints.txt setuptools numpy"
 ALL = "train,mesh,capture,view,formats,dev"
 CHECKS = ["-m ruff check", "-m ruff format --check", "-m mypy -p mplicits", "-m mypy tests benchmarks"]
 
