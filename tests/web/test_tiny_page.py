@@ -168,7 +168,7 @@ def test_a_moving_model_has_its_weights_as_text(browser: "Browser", tmp_path: Pa
 NO_CONTEXT = "HTMLCanvasElement.prototype.getContext = () => null"
 FAILING = {
     NO_CONTEXT: "WebGL 2 is missing",
-    "delete window.DecompressionStream": "DecompressionStream is not defined",
+    "delete window.DecompressionStream": "ReferenceError: DecompressionStream is not defined",
     "WebGL2RenderingContext.prototype.createShader = () => null": "the graphics driver refuses the shader",
     "WebGL2RenderingContext.prototype.linkProgram = () => {}": "the graphics driver refuses the shader",
 }

@@ -94,10 +94,8 @@ function frame(now) {
     isAsked = false;
     if (fence && gl.getSyncParameter(fence, gl.SYNC_STATUS) === gl.UNSIGNALED) return ask();
     const {width, height} = canvas, speed = Math.min(50 / (now - last), 4);
-    if (isRough) {
-        scale = Math.min(Math.max(scale * Math.sqrt(speed), Math.sqrt(1e3 / width / height)), 1);
-        rows = height * scale * scale / 16;
-    } else rows *= speed;
+    if (isRough) scale = Math.min(Math.max(scale * Math.sqrt(speed), Math.sqrt(1e3 / width / height)), 1);
+    rows = Math.max(isRough ? height * scale * scale / 16 : rows * speed, 1e3 / width); // a piece costs time by itself
     azimuth += turns * 3e-4 * Math.min(now - last, 99);
     last = now;
     isRough = turns || moves || !drawn || isRough && speed > 2 && scale < 1; // fine rows begin once the scale is known

@@ -16,5 +16,5 @@
     [script.text] = new TextDecoder().decode(packed).split("\0"); // which runs it
 })().catch(self.stop = (reason) => {
     document.body.style.cssText = "margin:40vh 9px;font:20px system-ui;text-align:center";
-    document.body.textContent = `${document.title} cannot be drawn: ${reason.message || reason}. Try another browser or device.`;
+    document.body.textContent = `${document.title} cannot be drawn: ${reason}. Try another browser or device.`;
 });
