@@ -308,7 +308,7 @@ def browser_lines(found: dict[str, Any]) -> list[str]:
 
 def is_trained(stage: dict[str, Any]) -> bool:
     """Whether a stage of a training in the page has steps; without them its figures are no result."""
-    return stage["gpu"] + stage["workers"] > 0
+    return bool(stage["gpu"] + stage["workers"] > 0)
 
 
 def describe(machine: dict[str, Any]) -> str:

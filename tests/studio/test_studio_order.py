@@ -11,7 +11,7 @@ from support.random_model import random_model
 from support.studio_visit import ball, ready, write_page
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser
+    from playwright.sync_api import Browser, Dialog
 
 pytestmark = pytest.mark.slow
 
@@ -46,9 +46,14 @@ def test_a_training_keeps_the_stage(browser: "Browser", tmp_path: Path) -> None:
     """Until the visitor gives it to another file that is dropped, and through a lost context."""
     file = write_page(tmp_path / "studio.html", (60, 200_000, 60))
     asked: list[str] = []
+
+    def refuse(dialog: "Dialog") -> None:
+        asked.append(dialog.message)
+        dialog.dismiss()
+
     with visit(browser, file, size=(500, 400), share=0.1, script=HELD) as visited:
         page = visited.page
-        page.on("dialog", lambda dialog: (asked.append(dialog.message), dialog.dismiss()))
+        page.on("dialog", refuse)
         ready(visited)
         visited.drop(ball(), "ball.stl")
         visited.until("document.getElementById('report').textContent === 'Reading'")
