@@ -31,7 +31,7 @@ _LOSE = """{
         if (lost === 3 || this.isContextLost()) return;
         sessionStorage.setItem(key, String(lost + 1));
         const extension = this.getExtension("WEBGL_lose_context");
-        const restore = () => setTimeout(() => extension.restoreContext(), 20);
+        const restore = (event) => setTimeout(() => event.defaultPrevented && extension.restoreContext(), 20);
         this.canvas.addEventListener("webglcontextlost", restore, {once: true});
         extension.loseContext();
     };
@@ -74,7 +74,8 @@ SMALLEST = 12
 """Smallest letters of a line, CSS pixels."""
 _LETTERS = """(pattern) => {
     const holds = (node) => new RegExp(pattern, "i").test(node.textContent) && node.checkVisibility();
-    const found = [...document.querySelectorAll("body, body *")].filter(holds).at(-1);
+    const within = (node) => [node, ...[...node.children, ...node.shadowRoot?.children ?? []].flatMap(within)];
+    const found = within(document.body).filter(holds).at(-1);
     return found ? parseFloat(getComputedStyle(found).fontSize) : null;
 }"""
 """The size of the letters of the innermost visible element whose text matches; null if there is none."""

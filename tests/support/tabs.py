@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from support.browser import Visit, address, visit
+from support.browser import Visit, visit
 from support.display import virtual_display
 from support.firefox import Firefox, firefox
 
@@ -87,13 +87,17 @@ class FirefoxTab:
         self.size, self.share, self._tab, self._printed = size, share, tab, printed
         self.evaluate, self.until = tab.evaluate, tab.until
 
-    def open(self, path: Path | str) -> None:
-        """Open a page. path: its file or its address."""
+    def open(self, path: Path) -> None:
+        """Open a page."""
         host = self._printed.with_name("host.html")
-        host.write_text(FRAME % self.size + f'<iframe src="{address(path)}"></iframe>', encoding="utf-8")
+        host.write_text(framed(path.absolute().as_uri(), self.size), encoding="utf-8")
+        self.enter(host.as_uri())
+
+    def enter(self, host: str) -> None:
+        """Open the address of a page with the frame of `framed`, and go into the frame."""
         self._printed.write_text("")
         self._tab.ask("WebDriver:SwitchToFrame", {"id": None})
-        self._tab.load(host.as_uri())
+        self._tab.load(host)
         self._tab.ask("WebDriver:SwitchToFrame", {"id": 0})
 
     def drag(self, start: tuple[int, int], end: tuple[int, int]) -> None:
@@ -111,6 +115,11 @@ class FirefoxTab:
 
     def console(self) -> list[str]:
         return TROUBLE.findall(self._printed.read_text(errors="replace"))
+
+
+def framed(address: str, size: tuple[int, int]) -> str:
+    """Return a page with another page in a frame. size: of the frame, CSS pixels."""
+    return FRAME % size + f'<iframe src="{address}"></iframe>'
 
 
 def pixels(data: bytes) -> Picture:
