@@ -40,11 +40,11 @@ def check_trained(tab: Tab, example: int, preset: str) -> None:
 
 
 @pytest.mark.parametrize("example", range(EXAMPLES))
-def test_chromium(example: int, browser: "Browser", shipped: Stranger, tmp_path: Path) -> None:
+def test_chromium(example: int, browser: "Browser", shipped: Stranger) -> None:
     """The picture is that of `mplicits render` of the saved model, which is as near to the shape as the page says."""
     with chromium_tab(browser, shipped.folder / "studio.html", SIZE, SHARE) as tab:
         check_trained(tab, example, "small")
-        path = tmp_path / f"{example}.safetensors"
+        path = shipped.folder / f"example-{example}.safetensors"  # the stranger reads it
         save(tab.visit, "#download", path)
         area = tab.evaluate("[...['width', 'height'].map((side) => document.getElementById('view')[side])]")
         shown = steady(tab)[: area[1], : area[0]]
