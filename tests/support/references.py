@@ -7,7 +7,7 @@ import numpy as np
 from PIL import Image
 
 from mplicits.viewer.draw.context import Context
-from support.likeness import LEAST, check_alike
+from support.likeness import LEAST, check_alike, psnr
 from support.shadertoy import picture
 from support.stranger import Stranger
 from support.tabs import Picture, Tab, steady
@@ -56,9 +56,11 @@ def check_rendered(
 ) -> None:
     """Compare the inner part of a picture with `mplicits render`. camera, model: of `rendered`; name: of files."""
     height, width = picture.shape[:2]
-    drawn = [
-        inner(rendered(shipped, model, camera, shade, (width, height), f"--samples {samples}")) for samples in (16, 1)
-    ]
+    drawn = list[Picture]()
+    for samples in (16, 1, 4, 2):  # a page on a busy machine ends with few
+        drawn.append(inner(rendered(shipped, model, camera, shade, (width, height), f"--samples {samples}")))
+        if psnr(inner(picture), drawn[-1]) >= LEAST:
+            return
     check_alike(inner(picture), name, *drawn)
 
 
