@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import av
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from PIL import Image
 
 from mplicits import cli
@@ -19,6 +18,7 @@ from mplicits.studio.page import studio
 from mplicits.viewer.draw.context import Context
 from support.browser import visit
 from support.firefox import PATIENCE, firefox
+from support.likeness import psnr
 from support.shadertoy import picture
 from support.shadertoy_player import player_picture
 from support.studio_visit import ball, ready, save, write_page
@@ -63,11 +63,6 @@ def test_firefox_trains_and_saves_a_model(xvfb: dict[str, str], tmp_path: Path) 
     points = np.random.default_rng(0).normal(size=(2000, 3)).astype(np.float32)
     points /= np.linalg.norm(points, axis=1, keepdims=True)
     assert np.abs(interpret.field(lower(model), points, 2)).mean() < 0.02
-
-
-def psnr(ours: NDArray[np.number], theirs: NDArray[np.number]) -> float:
-    """Compare pictures with values from 0 to 255. Returns dB."""
-    return float(10 * np.log10(255**2 / max(np.square(ours - theirs, dtype=float).mean(), 1e-9)))
 
 
 def test_the_shadertoy_text_draws_the_model_elsewhere(browser: "Browser", osmesa: Context, tmp_path: Path) -> None:
