@@ -64,7 +64,7 @@ def overlap(header: dict[str, Any]) -> None:
 BROKEN: dict[str, tuple[Callable[[bytes], bytes], str]] = {
     # Defect -> change of the file, and part of the message.
     "empty": (lambda _: b"", "not a model file (.safetensors), or a damaged one"),
-    "a picture": (lambda _: b"\x89PNG\r\n\x1a\n" * 40, "not a model file (.safetensors), or a damaged one"),
+    "a picture": (lambda _: b"\x89PNG\r\n\x1a\n" * 40, "a PNG picture, which this page does not open"),
     "cut short": (lambda data: data[:-100], "the file is cut short or damaged"),
     "overlapping": (lambda data: changed(data, overlap), "the tensors overlap: the file is damaged"),
     "other format": (lambda data: changed(data, lambda h: h["__metadata__"].pop("format")), "not an mplicits model"),
