@@ -43,7 +43,8 @@ window.done = true;
 </script>"""
 
 
-@pytest.mark.parametrize("kind", ["packed", "moving", pytest.param("studio", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["packed", "moving", "studio"])
 def test_another_shadertoy_player_draws_the_same(kind: str, osmesa: Context, tmp_path: Path) -> None:
     """The moving model is at time 0.5 after a quarter of its period."""
     if kind == "packed":
@@ -59,6 +60,7 @@ def test_another_shadertoy_player_draws_the_same(kind: str, osmesa: Context, tmp
     assert (difference > 4).mean() < 0.005
 
 
+@pytest.mark.slow
 def test_chromium_draws_the_same(osmesa: Context, browser: "Browser", tmp_path: Path) -> None:
     """Chromium draws by WebGL2 on SwiftShader, whose sine is off by 2e-4."""
     text = SHADERTOY(quantize.quantized_model(random_model((16, 1), (8, 0))), "packed", shade="studio")

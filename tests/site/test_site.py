@@ -60,6 +60,7 @@ def test_links_lead_to_the_files_of_each_model(browser: "Browser", models: Path,
     page.close()
 
 
+@pytest.mark.slow
 def test_the_models_of_the_package_are_the_default(
     monkeypatch: pytest.MonkeyPatch, models: Path, tmp_path: Path
 ) -> None:

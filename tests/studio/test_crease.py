@@ -3,6 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import pytest
+
 from mplicits.model.model_file import load
 from mplicits.studio.page import page_facts, studio
 from mplicits.trainer.options import CREASE
@@ -34,6 +36,7 @@ def test_a_crease_is_an_angle_or_flat(browser: "Browser") -> None:
     page.close()
 
 
+@pytest.mark.slow
 def test_a_shape_is_trained_again_with_flat_faces(browser: "Browser", tmp_path: Path) -> None:
     path = tmp_path / "studio.html"
     path.write_text(studio(CONFIG), encoding="utf-8")

@@ -100,7 +100,8 @@ def test_the_gpu_trains_as_well_as_the_workers(page: "Page") -> None:
         assert on_gpu[key] == pytest.approx(on_workers[key], rel=0.2)
 
 
-@pytest.mark.parametrize("lost_at", [2 * TRIED, pytest.param(TRIED // 2, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("lost_at", [2 * TRIED, TRIED // 2])
 def test_a_lost_device_goes_on_in_the_workers(page: "Page", lost_at: int) -> None:
     """It is lost while both take the steps, and while it takes them alone."""
     trained = train(page, lost_at=lost_at)

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pytest
 import trimesh
 from PIL import Image
 
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
 
+@pytest.mark.slow
 def test_the_image_of_a_mesh_is_upright(browser: "Browser", tmp_path: Path) -> None:
     """The upper half of the image is red; texture coordinates of the ball grow upwards."""
     mesh: Any = trimesh.creation.icosphere(3)

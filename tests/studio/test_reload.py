@@ -16,7 +16,8 @@ STEPS = {"whole": 60, "unfinished": 200_000}
 """Steps of the second level and of the texture: it ends at once, or never."""
 
 
-@pytest.mark.parametrize("kind", ["whole", pytest.param("unfinished", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["whole", "unfinished"])
 def test_a_reload_offers_the_last_shape(kind: str, browser: "Browser", tmp_path: Path) -> None:
     page = write_page(tmp_path / "studio.html", (60, STEPS[kind], 60))
     with visit(browser, page, share=0.1) as visited:

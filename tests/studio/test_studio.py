@@ -23,6 +23,7 @@ def test_the_verb_writes_the_page(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert '"levels": "48x1,64x4"' in unpacked(path.read_text("utf-8"))
 
 
+@pytest.mark.slow
 def test_the_page_of_a_model_trains_where_asked(
     browser: "Browser", tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -61,7 +61,7 @@ def paused(visited: Visit) -> str:
     pytest.fail("the training does not pause")
 
 
-@pytest.fixture(scope="module", params=["dark", pytest.param("light", marks=pytest.mark.slow)])
+@pytest.fixture(scope="module", params=["dark", "light"])
 def opened(
     request: pytest.FixtureRequest, browser: "Browser", tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Visit]:
@@ -73,6 +73,7 @@ def opened(
         assert visited.console == []
 
 
+@pytest.mark.slow
 def test_every_state_is_accessible_and_fits_a_phone(opened: Visit, tmp_path: Path) -> None:
     """From files that are no shapes, over a pause, to the model of a training that was stopped."""
     page = opened.page

@@ -26,6 +26,8 @@ from support.tiny_visit import COUNT, still
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
+pytestmark = pytest.mark.slow
+
 EXTENTS, CENTER = np.array([1.0, 2.0, 3.0]), np.array([1.0, 2.0, 3.0])
 COLOR = (230, 120, 40, 255)
 ASKS = """() => {

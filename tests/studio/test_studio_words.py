@@ -49,6 +49,7 @@ def test_a_browser_that_cannot_train_is_told_before_a_file(lack: str, browser: "
         assert visited.console == []
 
 
+@pytest.mark.slow
 def test_a_result_far_from_its_shape_is_called_so(browser: "Browser", tmp_path: Path) -> None:
     """The largest of several files is named where it is wrong; what was read stays visible."""
     with visit(browser, write_page(tmp_path / "studio.html", 3), size=(900, 600), share=0.1) as visited:

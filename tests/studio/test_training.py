@@ -131,6 +131,7 @@ def trained_in(page: "Page", mesh: trimesh.Trimesh, crease: float | None) -> Any
     return run(page, TRAINER, TRAIN, [*arguments, crease, SETTINGS, dataclasses.asdict(quick)])
 
 
+@pytest.mark.slow
 def test_a_coarse_ball_becomes_a_ball(page: "Page", tmp_path: Path) -> None:
     mesh = trimesh.creation.icosphere(subdivisions=1)
     trained = trained_in(page, mesh, 30.0)

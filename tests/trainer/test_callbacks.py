@@ -340,6 +340,7 @@ def test_pauses_delay_no_later_callback_and_end_with_the_schedule(time: Time) ->
     assert outcome.fraction == 1.0
 
 
+@pytest.mark.slow
 def test_a_preview_that_fails_costs_no_training(ball: Shape, tmp_path: Path) -> None:
     """The user's own picture stays, and the training goes on."""
     log, draw = Log(), pictures(tmp_path)

@@ -54,6 +54,7 @@ def write(path: Path, cloud: SurfacePoints, kind: str) -> None:
     path.write_bytes("\n".join(lines).encode() + columns.astype("<f4").tobytes())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.0, 0.02])
 def test_normals_of_a_dense_noisy_cloud_follow_the_surface(noise: float) -> None:
     """At a spacing of 0.013, the twelve neighbors of a noisy point fill a ball, not a disc."""

@@ -84,6 +84,7 @@ def test_suited_frequencies_are_in_the_model(tmp_path: Path, monkeypatch: pytest
 
 
 @needs.data(BUNNY)
+@pytest.mark.slow
 def test_scans_keep_the_default() -> None:
     bunny, _ = load_shape(str(BUNNY), crease=30)
     assert roughness(bend_of(bunny)) == 1

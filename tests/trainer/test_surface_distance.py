@@ -95,6 +95,7 @@ def test_missing_surface_counts_in_the_other_direction(model: Model, tmp_path: P
     assert figures.invented == 0
 
 
+@pytest.mark.slow
 def test_figures_against_flat_faces_are_told_where_they_differ(tmp_path: Path) -> None:
     mesh = trimesh.creation.icosphere(1)
     mesh.export(tmp_path / "coarse.ply")
@@ -149,10 +150,9 @@ def cabin_with_windows() -> trimesh.Trimesh:
 OPEN = {"box": box_without_lid, "cylinder": cylinder_without_caps, "cabin": cabin_with_windows}
 
 
-@pytest.mark.parametrize(
-    "name", ["box", pytest.param("cylinder", marks=pytest.mark.slow), pytest.param("cabin", marks=pytest.mark.slow)]
-)
-@pytest.mark.parametrize("thicken", [False, pytest.param(True, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", OPEN)
+@pytest.mark.parametrize("thicken", [False, True])
 def test_invented_surface_is_told_at_the_end_of_a_training(
     name: str, thicken: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

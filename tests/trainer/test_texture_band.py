@@ -49,6 +49,7 @@ def test_the_loss_keeps_the_color_constant_along_normals(painted: Shape) -> None
     assert smear(model) < 0.8 * smear(without)
 
 
+@pytest.mark.slow
 def test_the_texture_s_band_is_that_of_level_1(painted: Shape) -> None:
     model = train(painted, replace(SMALL_SETTINGS, steps=(150, 150, 1), texture=False))
     levels, deltas = [from_model(level.network) for level in model.levels], [level.delta for level in model.levels]

@@ -140,6 +140,7 @@ def test_a_broken_mesh_is_reported(open_viewer: OpenViewer, tmp_path: Path) -> N
     settle(viewer, lambda: viewer.work.training is None and "broken.ply" in viewer.message)
 
 
+@pytest.mark.slow
 def test_a_trained_model_is_shown(open_viewer: OpenViewer, tmp_path: Path) -> None:
     needs.package("torch")
     viewer = open_viewer()

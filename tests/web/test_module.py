@@ -96,6 +96,7 @@ def test_elements_in_chromium(browser: "Browser", tmp_path: Path) -> None:
         assert size > 500
 
 
+@pytest.mark.slow
 def test_nothing_moves_by_itself_for_visitors_who_want_less_motion(browser: "Browser", tmp_path: Path) -> None:
     body = """<style>mplicits-view { width: 48px; height: 48px; }</style>
 <mplicits-view id="first" turntable="2" shade="phong"></mplicits-view>"""

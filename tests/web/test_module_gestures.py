@@ -1,7 +1,6 @@
 """Elements <mplicits-view> in a page that scrolls: whose the wheel and the fingers are."""
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -20,15 +19,10 @@ MIDDLE = {"a": (200, 100), "greedy": (200, 300)}
 
 
 @pytest.fixture(scope="module")
-def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a folder of modules and model files."""
-    return write_files(tmp_path_factory.mktemp("files"))
-
-
-@pytest.fixture
-def opened(browser: "Browser", files: Path) -> Iterator[Site]:
+def opened(browser: "Browser", tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
     """A page with touch, at its top, whose elements are drawn."""
-    with site(browser, files, BODY, has_touch=True, is_mobile=True) as page:
+    files, few = write_files(tmp_path_factory.mktemp("files")), {"device_scale_factor": 0.2}
+    with site(browser, files, BODY, has_touch=True, is_mobile=True, **few) as page:
         page.page.wait_for_function(STARTED)
         for view in MIDDLE:
             page.told(view, "poster-dismissed")
@@ -72,6 +66,7 @@ def test_the_wheel_scrolls_the_page_until_a_click(opened: Site) -> None:
     assert wheel("a") == (True, False)
     opened.page.keyboard.down("Control")
     assert wheel("a") == (False, True)
+    opened.page.keyboard.up("Control")
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_files(tmp_path_factory.mktemp("files"))
 
 
+@pytest.mark.slow
 def test_a_model_may_come_in_any_order(browser: "Browser", files: Path) -> None:
     """From a module that a script imports late; from a file that comes when its element is away, or has another."""
     body = f"""{BALL}<mplicits-view id="late" model="other"></mplicits-view>

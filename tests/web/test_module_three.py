@@ -53,7 +53,8 @@ def labels(picture: NDArray[np.uint8]) -> NDArray[np.int64]:
     return found
 
 
-@pytest.mark.parametrize("perspective", [True, pytest.param(False, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("perspective", [True, False])
 def test_silhouette_and_cuts_equal_those_of_a_mesh(browser: "Browser", tmp_path: Path, perspective: bool) -> None:
     traced, meshed = pictures(browser, tmp_path, perspective=perspective)
     ours, expected = labels(traced), labels(meshed)
@@ -66,6 +67,7 @@ def test_silhouette_and_cuts_equal_those_of_a_mesh(browser: "Browser", tmp_path:
     assert np.quantile(wrong, 0.95) <= 12
 
 
+@pytest.mark.slow
 def test_the_shadow_equals_that_of_a_mesh(browser: "Browser", tmp_path: Path) -> None:
     traced, meshed = (
         picture.astype(int).sum(axis=-1) for picture in pictures(browser, tmp_path, lit=True, ground=-1.1)

@@ -86,7 +86,8 @@ def test_a_missing_file_is_named_over_the_poster(browser: "Browser", files: Path
 <script>document.querySelector("#quiet").addEventListener("error", (event) => event.preventDefault());</script>"""
     line = "cow.safetensors cannot be loaded: 404 Not Found"
     lines = 3 * ["Failed to load resource: the server responded with a status of 404 (Not Found)"]
-    with site(browser, files, body, ERRORS, lines=[*lines, f"mplicits-view: {line}"]) as opened:
+    lines.append(f"mplicits-view: {line}")
+    with site(browser, files, body, ERRORS, lines=lines, device_scale_factor=0.2) as opened:
         opened.missing.add("cow.safetensors")
         opened.page.wait_for_function(STARTED)
         for view in ("a", "quiet"):

@@ -128,6 +128,7 @@ def test_the_packed_page_holds_the_page(tmp_path: Path) -> None:
     assert len(small) < 0.5 * len(text)
 
 
+@pytest.mark.slow
 def test_the_packed_page_draws_the_same_model(browser: "Browser", tmp_path: Path) -> None:
     file = tmp_path / "packed.html"
     file.write_text(packed(page.standalone(MODEL, poster=False, shade="phong")), encoding="utf-8")

@@ -28,6 +28,7 @@ def renderer(osmesa: Context) -> Renderer:
     return Renderer(osmesa, glsl330.bake(MODEL))
 
 
+@pytest.mark.slow
 def test_the_page_shows_the_picture_that_osmesa_draws(opened: Visit, renderer: Renderer) -> None:
     azimuth, elevation, distance = 200, -35, 2.6
     opened.follow(f"#az={azimuth}&el={elevation}&d={distance}")

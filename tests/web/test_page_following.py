@@ -16,6 +16,8 @@ from support.page_pictures import MODEL, remembering
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
+pytestmark = pytest.mark.slow
+
 SIDE = 240
 SLOW = [
     ("const isSlow = this.time(kept.scale < ENOUGH ? COARSEST : ENOUGH) > motion.goal;", "const isSlow = window.slow;"),

@@ -82,6 +82,7 @@ def test_rays_take_the_steps_of_the_reference(
     assert np.abs(rays.t - drawn[:, 0])[rays.hit & hit].mean() < 1e-4
 
 
+@pytest.mark.slow
 def test_the_floor_around_the_shape_is_in_shade(
     browser: "Browser", osmesa: Context, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

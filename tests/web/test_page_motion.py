@@ -36,6 +36,7 @@ def time_of(moving: Visit) -> float:
     return float(moving.page.input_value("#time"))
 
 
+@pytest.mark.slow
 def test_the_page_draws_a_time_as_osmesa_does(moving: Visit, osmesa: Context) -> None:
     renderer = Renderer(osmesa, bake(MODEL))
     assert time_of(moving) == pytest.approx(0.6)

@@ -15,6 +15,8 @@ from support.random_model import random_model
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
+pytestmark = pytest.mark.slow
+
 MODEL = moving_model((16, 24))
 SLOW = """
 const {arrayBuffer} = Blob.prototype, {getProgramParameter, getSyncParameter} = WebGL2RenderingContext.prototype;
@@ -105,7 +107,6 @@ def test_a_turning_shape_is_saved(browser: "Browser", page_file: Path) -> None:
         assert visited.console == []
 
 
-@pytest.mark.slow
 def test_nothing_is_saved_of_a_lost_context(browser: "Browser", page_file: Path) -> None:
     with visit(browser, page_file, share=0.1) as visited:
         visited.still()

@@ -115,6 +115,7 @@ def test_a_second_grid_midway_in_a_picture_does_not_show(browser: "Browser", tmp
     assert not differ(pictures[0], pictures[1])
 
 
+@pytest.mark.slow
 def test_further_samples_are_drawn_along_edges(browser: "Browser", tmp_path: Path) -> None:
     text = standalone(MODEL, poster=False, shade="phong").replace("const PATIENCE = 15000", "const PATIENCE = 300000")
     pictures, drawn = {}, {}

@@ -63,6 +63,7 @@ def test_the_text_of_a_page_holds_any_bytes(size: int) -> None:
         assert text.isascii()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shade", ["phong", "studio"])
 def test_the_page_draws_the_picture_of_shadertoys_text(
     browser: "Browser", osmesa: Context, tmp_path: Path, shade: str
