@@ -1,4 +1,4 @@
-"""The studio from a file to its saves: in Firefox, in another Shadertoy player, and with its longest saves."""
+"""The studio from a file to its saves: in another Shadertoy player, and with its longest saves."""
 
 import time
 from pathlib import Path
@@ -11,13 +11,10 @@ from PIL import Image
 
 from mplicits import cli
 from mplicits.codegen.targets import shadertoy
-from mplicits.field import interpret
-from mplicits.ir.lower import lower
 from mplicits.model.model_file import load
 from mplicits.studio.page import studio
 from mplicits.viewer.draw.context import Context
 from support.browser import visit
-from support.firefox import PATIENCE, firefox
 from support.likeness import psnr
 from support.shadertoy import picture
 from support.shadertoy_player import player_picture
@@ -39,30 +36,6 @@ WATCH = """() => {
     }, 10);
 }"""
 """Measures the longest time, milliseconds, in which the page answers nothing, by the first word of the report."""
-
-
-def test_firefox_trains_and_saves_a_model(xvfb: dict[str, str], tmp_path: Path) -> None:
-    file, profile = write_page(tmp_path / "studio.html", 200), tmp_path / "profile"
-    (tmp_path / "a ball.stl").write_bytes(ball())
-    profile.mkdir()
-    with firefox(profile, xvfb) as browser:
-        browser.ask("WebDriver:SetWindowRect", {"width": 500, "height": 400})
-        browser.load(file.as_uri())
-        browser.until("'ready' in document.documentElement.dataset")
-        browser.choose_file("#file", tmp_path / "a ball.stl")
-        browser.until("document.getElementById('download') !== null")
-        browser.evaluate("document.getElementById('download').click()")
-        saved, end = profile / "a-ball.safetensors", time.monotonic() + PATIENCE
-        while not (saved.exists() and saved.stat().st_size):
-            assert time.monotonic() < end, browser.evaluate("document.body.innerText")
-            time.sleep(0.2)
-        model = load(saved)
-        browser.until("document.documentElement.dataset.error")
-        assert float(browser.evaluate("document.documentElement.dataset.error")) < 1e-5
-        assert browser.evaluate("document.getElementById('message').hidden")
-    points = np.random.default_rng(0).normal(size=(2000, 3)).astype(np.float32)
-    points /= np.linalg.norm(points, axis=1, keepdims=True)
-    assert np.abs(interpret.field(lower(model), points, 2)).mean() < 0.02
 
 
 def test_the_shadertoy_text_draws_the_model_elsewhere(browser: "Browser", osmesa: Context, tmp_path: Path) -> None:

@@ -93,9 +93,8 @@ class Visit:
     def fold(self) -> None:
         """Fold the panel, and wait until the canvas has the pixels of the whole window."""
         if self.page.is_visible("#panel"):
-            share = self.page.evaluate(f"() => {_SHARE}")
             self.page.click("#fold")
-            self.until(f"Math.abs({_SHARE} - {share}) < 0.01")
+            self.until(f"Math.abs({_SHARE} - devicePixelRatio) < 0.01")
 
     def drop(self, data: bytes, name: str) -> None:
         """Drop a file on the page."""

@@ -77,11 +77,6 @@ class Firefox:
             time.sleep(0.2)
         raise TimeoutError(f"{condition} after {PATIENCE} s: {error} {self.evaluate('document.body.innerText')}")
 
-    def choose_file(self, selector: str, path: Path) -> None:
-        """Choose a file in an input."""
-        found = self.ask("WebDriver:FindElement", {"using": "css selector", "value": selector})["value"]
-        self.ask("WebDriver:ElementSendKeys", {"id": next(iter(found.values())), "text": str(path)})
-
     def _read(self) -> Any:
         length = b""
         while not length.endswith(b":"):

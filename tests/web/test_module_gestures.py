@@ -21,8 +21,8 @@ MIDDLE = {"a": (200, 100), "greedy": (200, 300)}
 @pytest.fixture(scope="module")
 def opened(browser: "Browser", tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
     """A page with touch, at its top, whose elements are drawn."""
-    files, few = write_files(tmp_path_factory.mktemp("files")), {"device_scale_factor": 0.2}
-    with site(browser, files, BODY, has_touch=True, is_mobile=True, **few) as page:
+    files = write_files(tmp_path_factory.mktemp("files"))
+    with site(browser, files, BODY, has_touch=True, is_mobile=True, device_scale_factor=0.2) as page:
         page.page.wait_for_function(STARTED)
         for view in MIDDLE:
             page.told(view, "poster-dismissed")

@@ -250,22 +250,6 @@ def test_the_policy_holds_in_firefox(xvfb: dict[str, str], hosted: tuple[str, li
 
 
 @pytest.mark.slow
-def test_firefox_draws_a_packed_page(xvfb: dict[str, str], tmp_path: Path) -> None:
-    file = tmp_path / "packed.html"
-    file.write_text(packed(page.standalone(MODEL, storage="texture", shade="phong")), encoding="utf-8")
-    (tmp_path / "profile").mkdir()
-    with firefox(tmp_path / "profile", xvfb) as tab:
-        tab.ask("WebDriver:SetWindowRect", {"width": 450, "height": 250})
-        for address in (f"{file.as_uri()}#az=10", None):
-            tab.load(address)
-            tab.until(f"{STATE}.state === 'still'")
-            assert float(tab.evaluate(f"{STATE}.error")) < 5e-6
-            assert tab.evaluate("document.title") == "fitted"
-            assert tab.evaluate("location.hash") == "#az=10"
-        assert tab.evaluate("history.length") == 2
-
-
-@pytest.mark.slow
 @pytest.mark.usefixtures("zopfli")
 @pytest.mark.parametrize(("name", "most"), [("spot-small", 64_500), ("spot", 110_000)])
 def test_pages_of_the_gallery_are_light(name: str, most: int) -> None:

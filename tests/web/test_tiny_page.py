@@ -20,7 +20,6 @@ from mplicits.web.base124 import base124
 from mplicits.web.tiny_page import HEAD
 from support import needs
 from support.browser import visit
-from support.firefox import firefox
 from support.moving_model import moving_model
 from support.page_pictures import MODEL
 from support.random_model import random_model
@@ -244,19 +243,3 @@ def test_hostile_names_stay_text(browser: "Browser", tmp_path: Path) -> None:
 def test_pages_of_the_gallery_are_tiny(name: str, most: int) -> None:
     needs.package("minify")
     assert len(TINY(load(model_path(name))).encode()) <= most
-
-
-@pytest.mark.slow
-def test_firefox_draws_a_tiny_page(xvfb: dict[str, str], tmp_path: Path) -> None:
-    file = page(SMALL, tmp_path, "phong")
-    (tmp_path / "profile").mkdir()
-    with firefox(tmp_path / "profile", xvfb) as tab:
-        tab.load(file.as_uri())
-        tab.until("document.querySelector('canvas')?.width > 300")
-        pixels = (
-            "(() => {const gl = document.querySelector('canvas').getContext('webgl2'), p = new Uint8Array(4);"
-            "gl.bindFramebuffer(gl.FRAMEBUFFER, null);"
-            "gl.readPixels(gl.drawingBufferWidth / 2, gl.drawingBufferHeight / 2, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, p);"
-            "return [...p];})()"
-        )
-        tab.until(f"{pixels}[0] > 100")
