@@ -4,6 +4,7 @@ import re
 from argparse import SUPPRESS, ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Callable, Sequence
 from dataclasses import MISSING, dataclass, fields
+from pathlib import Path
 from types import UnionType
 from typing import Any, get_args, get_origin
 
@@ -64,7 +65,9 @@ def add_arguments(parser: ArgumentParser, schema: type[Options]) -> None:
             more |= {"action": "store_true"}
         else:
             choices = "{" + ",".join(declared.choices) + "}" if declared.choices else None
-            more |= {"type": _reader(declared, types), "metavar": declared.metavar or choices}
+            reader = _reader(declared, types)
+            is_name = declared.positional or Path in types
+            more |= {"type": _named(reader) if is_name else reader, "metavar": declared.metavar or choices}
         if declared.positional:
             more["nargs"] = "+" if get_origin(types[0]) is list else None if each.default is MISSING else "?"
             more["default"] = None
@@ -108,6 +111,17 @@ def _reader(declared: Declaration, types: Sequence[Any]) -> Callable[[str], obje
         return _numbers(tuples[0][0], [len(members) for members in tuples if ... not in members])
     kind: type = next(iter(get_args(types[0]) or types))
     return kind
+
+
+def _named(reader: Callable[[str], object]) -> Callable[[str], object]:
+    """Refuse an empty text, as of a variable of the shell that is not set: it is not the current folder."""
+
+    def checked(text: str) -> object:
+        if not text:
+            raise ArgumentTypeError("an empty name; a path is needed")
+        return reader(text)
+
+    return checked
 
 
 def _numbers(kind: type, counts: Sequence[int]) -> Callable[[str], object]:

@@ -54,7 +54,7 @@ def write_site(folder: Path, source: Path | None, title: str, force: bool = Fals
             if bar.disable:
                 print(f"{show(path.stem)}: {number} of {len(paths)}", file=sys.stderr, flush=True)
             entry = _write(folder, path, model, url, begin)
-            sizes = ", ".join(f"{file.path} {file.bytes:,}" for file in entry.files)
+            sizes = ", ".join(f"{show(file.path)} {file.bytes:,}" for file in entry.files)
             bar.write(f"{show(path.stem)}: {sizes} bytes", file=sys.stderr)
             entries.append(entry)
     write_whole(folder / INDEX, index(title, entries, url).encode())

@@ -161,6 +161,10 @@ def test_the_help_of_a_verb_ends_with_a_valid_example(name: str, capsys: pytest.
         (["info", "n" * 5000], "nnn: File name too long"),
         (["info", "\udcff.safetensors"], "\\udcff.safetensors: no such file"),
         (["demo", "--out-dir", "/dev/null/a\nb"], "/dev/null/a\\nb: Not a directory"),
+        *(
+            (argv, "an empty name; a path is needed")
+            for argv in (["gallery", ""], ["train", ""], ["mesh", "spot", "-o", ""])
+        ),
     ],
 )
 def test_user_errors_are_one_line(argv: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -36,9 +36,15 @@ def models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
-def test_links_lead_to_the_files_of_each_model(browser: "Browser", models: Path, tmp_path: Path) -> None:
+def test_links_lead_to_the_files_of_each_model(
+    browser: "Browser", models: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     site = tmp_path / "a" / "site"
+    (models / "moving.safetensors").rename(models / "moving\x1b[2J.safetensors")
     assert main(["gallery", str(site), "--models", str(models), "--title", HOSTILE]) == 0
+    told = capsys.readouterr().err
+    assert "moving\\x1b[2J.tiny.html" in told, "nothing reaches the terminal as it is"
+    assert "\x1b" not in told
     page = browser.new_page()
     page.set_default_timeout(PATIENCE)
     problems: list[str] = []
@@ -46,7 +52,7 @@ def test_links_lead_to_the_files_of_each_model(browser: "Browser", models: Path,
     page.on("dialog", lambda dialog: problems.append(dialog.message))
     page.goto((site / "index.html").as_uri())
     assert page.title() == HOSTILE
-    assert page.locator("h2").all_inner_texts() == [HOSTILE.replace("/", ""), "moving"]
+    assert page.locator("h2").all_inner_texts() == [HOSTILE.replace("/", ""), "moving\x1b[2J"]
     assert page.locator("img").evaluate_all("(images) => images.every((image) => image.naturalWidth > 0)")
     assert HOSTILE in page.locator("figcaption p").all_inner_texts()
     links = {
@@ -56,7 +62,7 @@ def test_links_lead_to_the_files_of_each_model(browser: "Browser", models: Path,
     assert links == set(site.iterdir()) - {site / "index.html"} - pictures
     assert (len(links), len(pictures)) == (2 * 4, 2)
     assert not problems
-    assert load(site / "moving.safetensors").inputs == "xyzt"
+    assert load(site / "moving\x1b[2J.safetensors").inputs == "xyzt"
     page.close()
 
 
