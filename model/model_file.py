@@ -106,7 +106,7 @@ def load(path: Path) -> Model:
                     raise UserError(f"{name}: must be {'bytes' if is_packed else 'float32'}")
                 tensors[name] = file.get_tensor(name)
         if metadata["version"] == str(VERSION):
-            tensors |= _unpacked(metadata, tensors)
+            tensors = _unpacked(metadata, tensors)
         return _from_file(metadata, tensors)
     except FileNotFoundError:  # safetensors also raises it for a file that others may not read
         raise UserError(f"{show(path)}: {'permission denied' if path.exists() else 'no such file'}") from None
@@ -232,7 +232,10 @@ def _unpacked(metadata: Mapping[str, str], tensors: dict[str, NDArray[Any]]) -> 
     sizes = _json(metadata).get(PACKED)
     if PACKED not in tensors or not isinstance(sizes, dict):
         raise UserError(f"{PACKED}: the tensor or the sizes of the networks are missing")
-    return unpack(sizes, tensors.pop(PACKED).tobytes())
+    data = tensors.pop(PACKED).tobytes()
+    if tensors:
+        raise UserError(f"{min(tensors)}: a tensor beside the packed ones")
+    return unpack(sizes, data)
 
 
 def _refuse_constant(constant: str) -> None:

@@ -23,6 +23,8 @@ MOST = 1 << 17
 """Largest multiple of a weight, and the share of a step that a bias may be larger."""
 WEIGHTS_OF_A_BYTE = 8
 """Most weights for each byte, so that a short file does not ask for long work. Writers add zeros."""
+MOST_WEIGHTS = 1 << 22
+"""Most weights of a file, which takes some five seconds."""
 OFFSET = 128
 """Added to exponents from -OFFSET to OFFSET - 1, for writing."""
 CHANGE = 0
@@ -44,8 +46,13 @@ def sizes_of(network: Network) -> Sizes:
 
 
 def pack(networks: Mapping[str, Network]) -> bytes | None:
-    """Return the networks as bytes; None if the weights are no multiples of steps. `unpack` returns equal weights."""
+    """Return the networks as bytes. `unpack` returns equal weights.
+
+    Returns None if the weights are no multiples of steps, or more than `MOST_WEIGHTS`.
+    """
     encoder, count = Encoder(), 0
+    if sum(layer.weight.size for network in networks.values() for layer in network) > MOST_WEIGHTS:
+        return None
     for network in networks.values():
         for layer in network:
             exponents = _exponents(layer)
@@ -70,6 +77,8 @@ def unpack(sizes: Mapping[str, object], data: bytes) -> dict[str, Array]:
         count += sum(a * b for a, b in pairwise(widths))
     if count > WEIGHTS_OF_A_BYTE * len(data):
         raise UserError(f"packed: {count} weights in {len(data)} bytes; the file is cut short or damaged")
+    if count > MOST_WEIGHTS:
+        raise UserError(f"packed: {count:,} weights; at most {MOST_WEIGHTS:,} are read")
     tensors = {}
     try:
         decoder = Decoder(data)

@@ -53,6 +53,7 @@ def facts_json(facts: dict[str, Any], without: tuple[str, ...] = ()) -> str:
             "bias": packed_weights.BIAS,
             "change": packed_weights.CHANGE,
             "weights_of_a_byte": packed_weights.WEIGHTS_OF_A_BYTE,
+            "most_weights": packed_weights.MOST_WEIGHTS,
             "widest_bell": range_coder.WIDEST_BELL,
             "finest": range_coder.FINEST,
             "coarsest": range_coder.COARSEST,

@@ -15,7 +15,7 @@ export function unpackWeights(sizes, bytes) {
         if (!Array.isArray(widths) || widths.length < 3 || !widths.every(isWidth)) throw damaged();
         widths.reduce((columns, rows) => (count += columns * rows, rows));
     }
-    if (count > CODED.weights_of_a_byte * bytes.length || bytes.length < 4) throw damaged();
+    if (count > Math.min(CODED.most_weights, CODED.weights_of_a_byte * bytes.length) || bytes.length < 4) throw damaged();
     const byte = () => {
         if (at >= bytes.length) throw damaged();
         code = code % CODED_LEAST * 256 + bytes[at++];

@@ -12,17 +12,18 @@ const LARGEST = 3.4028234663852886e38, SMALLEST = 1.1754943508222875e-38; // of 
 // network or null; parameters: number of weights and biases. own: whether it is the page's own model, whose
 // weights may be short (web/short_weights.py). Throws ModelError.
 export function parseModel(buffer, own = false) {
-    const header = readHeader(buffer);
-    const metadata = header.entries.__metadata__ ?? {};
+    const header = readHeader(buffer), {__metadata__, ...entries} = header.entries, metadata = __metadata__ ?? {};
     refuse(metadata.format !== FORMAT.name, `not an ${FORMAT.name} model (metadata key 'format')`);
     refuse(!/^[1-9][0-9]{0,8}$/.test(metadata.version ?? ""), "metadata key 'version' is not a version number");
     if (Number(metadata.version) > FORMAT.version) {
         throw new ModelError(`format version ${metadata.version} is newer than this page reads (${FORMAT.version}); `
             + "bake a new page");
     }
-    const spans = Object.values(header.entries).map((entry) => entry?.data_offsets?.[1] - entry?.data_offsets?.[0]);
-    const claimed = spans.reduce((sum, bytes) => sum + Math.max(bytes || 0, 0), 0);
+    const spans = Object.values(entries).map((entry) => [entry?.data_offsets].flat());
+    const claimed = spans.reduce((sum, [from, to]) => sum + Math.max(to - from || 0, 0), 0);
     refuse(claimed > buffer.byteLength, "the tensors overlap: the file is damaged");
+    const end = spans.sort(([a, b], [c, d]) => a - c || b - d).reduce((at, [from, to]) => (from === at ? to : NaN), 0);
+    refuse(header.end + end !== buffer.byteLength, "the file is cut short or damaged");
     const description = describe(metadata.model);
     if (description.scene) {
         throw new ModelError("a scene of several shapes needs a separate page; "
@@ -30,18 +31,19 @@ export function parseModel(buffer, own = false) {
     }
     const tensors = new Map(), sizes = {F32: 4, ...(own ? {F16: 2, I16: 2, I8: 1} : {})};
     const steps = own ? JSON.parse(metadata.steps ?? "{}") : {};
-    const packed = Number(metadata.version) === FORMAT.version && header.entries.packed;
-    if (packed) {
-        const {values} = readTensor("packed", packed, buffer, header.end, {U8: 1});
+    const isPacked = Number(metadata.version) === FORMAT.version;
+    if (isPacked) {
+        const {values} = readTensor("packed", entries.packed, buffer, header.end, {U8: 1});
         try {
             for (const [name, tensor] of unpackWeights(description.packed, values)) tensors.set(name, tensor);
         } catch {
             throw new ModelError("packed: the file is cut short or damaged");
         }
-        delete header.entries.packed;
+        delete entries.packed;
     }
-    for (const [name, entry] of Object.entries(header.entries)) {
-        const ofModel = name !== "__metadata__" && !name.startsWith(`${FORMAT.training}.`);
+    for (const [name, entry] of Object.entries(entries)) {
+        const ofModel = !name.startsWith(`${FORMAT.training}.`);
+        refuse(ofModel && isPacked, `${name}: a tensor beside the packed ones`);
         if (ofModel) tensors.set(name, readTensor(name, entry, buffer, header.end, sizes, steps[name]));
     }
     const inputs = description.inputs === "xyzt" ? 4 : 3;
@@ -71,13 +73,13 @@ function readHeader(buffer) {
     try {
         entries = JSON.parse(new TextDecoder("utf-8", {fatal: true}).decode(new Uint8Array(buffer, 8, length)));
     } catch { /* entries is no object */ }
-    if (!isObject(entries)) throw damaged();
+    if (!isObject(entries) || !Object.values(entries.__metadata__ ?? {}).every(isText)) throw damaged();
     return {entries, end: 8 + length};
 }
 
 // Returns the object in the metadata key `model`, with checked values.
 function describe(text) {
-    refuse(typeof text !== "string", "metadata key 'model' is missing");
+    refuse(!isText(text), "metadata key 'model' is missing");
     let description;
     try {
         description = JSON.parse(text);
@@ -85,28 +87,32 @@ function describe(text) {
         throw new ModelError("metadata key 'model' is not JSON");
     }
     refuse(!isObject(description), "metadata key 'model': is not an object of keys and values");
-    const {name, inputs, levels, front = null, credit = ""} = description;
-    refuse(typeof name !== "string" || !name, "name: not a text, or empty");
+    const {name, inputs, levels, centre, scale, provenance, up = "y", front, credit = ""} = description;
+    refuse(!isText(name) || !name, "name: not a text, or empty");
     refuse(inputs !== "xyz" && inputs !== "xyzt", "inputs: is neither 'xyz' nor 'xyzt'");
     refuse(!Array.isArray(levels) || !levels.length, "levels: there must be at least one");
     levels.forEach((level, i) => {
         refuse(!isObject(level), `levels[${i + 1}]: is not an object of keys and values`);
-        refuse(!(typeof level.delta === "number" && level.delta >= SMALLEST && level.delta <= LARGEST),
-            `levels[${i + 1}].delta: must be a positive number`);
+        for (const key of ["delta", "lipschitz"])
+            refuse(!isBetween(level[key], SMALLEST, LARGEST), `levels[${i + 1}].${key}: must be a positive number`);
         for (const key of STEP_BOUNDS) {
             const {[key]: bound = FORMAT.default_step_bound} = level;
-            refuse(!(typeof bound === "number" && bound >= SMALLEST && bound <= 1),
-                `levels[${i + 1}].${key}: must be a positive number of at most 1`);
+            refuse(!isBetween(bound, SMALLEST, 1), `levels[${i + 1}].${key}: must be a positive number of at most 1`);
         }
         const most = FORMAT.most_iterations;
         refuse(!(Number.isInteger(level.iterations) && level.iterations >= 1 && level.iterations <= most),
             `levels[${i + 1}].iterations: must be a whole number from 1 to ${most}`);
     });
-    const isAngle = (value, most) => typeof value === "number" && Math.abs(value) <= most;
-    refuse(front !== null && !(Array.isArray(front) && front.length === 2 && isAngle(front[0], 360) && isAngle(front[1], 90)),
+    const isList = (list, ...most) => (
+        Array.isArray(list) && list.length === most.length && most.every((end, i) => isBetween(list[i], -end, end)));
+    refuse(!isList(centre, LARGEST, LARGEST, LARGEST), "centre: three finite numbers are needed");
+    refuse(!isBetween(scale, SMALLEST, LARGEST), "scale: must be a positive number");
+    refuse(!isObject(provenance), "provenance: is not an object of keys and values");
+    refuse(!isText(up) || !/^-?[xyz]$/.test(up), "up: is none of y, z, x, -y, -z, -x");
+    refuse(front !== undefined && !isList(front, 360, 90),
         "front: azimuth from -360 to 360, elevation from -90 to 90 degrees");
-    refuse(typeof credit !== "string", "credit: not a text");
-    return {...description, front, credit};
+    refuse(!isText(credit), "credit: not a text");
+    return {...description, front: front ?? null, credit};
 }
 
 // Returns {shape, values: Float32Array} of a tensor at an offset from `start`; the values of type U8 are bytes. sizes:
@@ -176,6 +182,14 @@ function takeNetwork(tensors, prefix, inputs, outputs) {
 
 function refuse(condition, message) {
     if (condition) throw new ModelError(message);
+}
+
+function isBetween(value, least, most) {
+    return typeof value === "number" && value >= least && value <= most;
+}
+
+function isText(value) {
+    return typeof value === "string";
 }
 
 function isObject(value) {
