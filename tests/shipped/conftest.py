@@ -34,18 +34,17 @@ def shipped(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stranger]:
         yield Stranger(Path(kept), plain_user())
         return
     root = tmp_path_factory.getbasetemp()
-    with ((root.parent if root.name.startswith("popen") else root) / "shipped").open("a+") as place:
-        fcntl.flock(place, fcntl.LOCK_EX)
-        place.seek(0)
-        path = place.read()
+    place = (root.parent if root.name.startswith("popen") else root) / "shipped"
+    with place.open("a+") as users, place.with_suffix(".lock").open("a") as makers:
+        fcntl.flock(makers, fcntl.LOCK_EX)
+        fcntl.flock(users, fcntl.LOCK_SH)
+        path = place.read_text()
         made = Stranger(Path(path), plain_user()) if path and Path(path).exists() else make()
-        place.truncate(0)
-        place.write(str(made.folder))
-        place.flush()
-        fcntl.flock(place, fcntl.LOCK_SH)
+        place.write_text(str(made.folder))
+        fcntl.flock(makers, fcntl.LOCK_UN)
         yield made
         try:
-            fcntl.flock(place, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(users, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             return  # another worker uses it
         shutil.rmtree(made.folder, ignore_errors=True)
