@@ -22,9 +22,14 @@ from support.viewer_fixture import open_viewer  # noqa: F401 (a fixture)
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
+TESTS = Path(__file__).parent
+
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--update-golden", action="store_true", help="write the golden files; look at each before commit")
+    parser.addoption(
+        "--part", metavar="K/N", help="of the slow tests that open nothing that ships, run those of one file in N"
+    )
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -35,11 +40,25 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 @pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark tests with `needs.data`, and let files that need a browser begin: short ones fill the cores at the end."""
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Mark tests with `needs.data`, and let files that need a browser begin: short ones fill the cores at the end.
+
+    Leaves out what --part does.
+    """
     for item in items:
         if any("MPLICITS_DATA" in mark.kwargs.get("reason", "") for mark in item.iter_markers("skipif")):
             item.add_marker("data")
+    if part := config.getoption("--part"):
+        number, count = map(int, part.split("/"))
+        left_out = [
+            item
+            for item in items
+            if item.get_closest_marker("slow")
+            and not item.path.is_relative_to(TESTS / "shipped")
+            and (zlib.crc32(item.path.relative_to(TESTS).as_posix().encode()) - number) % count
+        ]
+        config.hook.pytest_deselected(items=left_out)
+        items[:] = [item for item in items if item not in set(left_out)]
     long = {item.path for item in items if "browser" in getattr(item, "fixturenames", ())}
     items.sort(key=lambda item: item.path not in long)
 

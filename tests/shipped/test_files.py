@@ -45,7 +45,7 @@ def test_committed_pictures_show_the_models(name: str, shipped: Stranger) -> Non
     """The first square of each is the model in the studio's light, at its first moment."""
     strip = np.asarray(Image.open(COMMITTED / f"{name}.png").convert("RGB"), np.int16)
     side = strip.shape[0]
-    drawn = rendered(shipped, name, size=(side, side), more="--samples 16 --background '#ffffff'")
+    drawn = rendered(shipped, name, size=(side, side), more="--samples 4 --background '#ffffff'")
     check_alike(strip[:, :side], f"committed-{name}", drawn)
 
 

@@ -49,11 +49,19 @@ def check(tab: Tab, shipped: Stranger, name: str, suffix: str, osmesa: Context) 
         check_page(tab, shipped, name)
 
 
+@pytest.fixture(scope="module")
+def pressed() -> set[str]:
+    """The names of the controls that were pressed on some page."""
+    return set()
+
+
 @pytest.mark.parametrize(("name", "suffix"), MADE, ids=IDS)
-def test_chromium(name: str, suffix: str, browser: "Browser", osmesa: Context, shipped: Stranger) -> None:
+def test_chromium(
+    name: str, suffix: str, browser: "Browser", osmesa: Context, shipped: Stranger, pressed: set[str]
+) -> None:
     with chromium_tab(browser, page_of(shipped, name, suffix), SIZE, SHARE) as tab:
         check(tab, shipped, name, suffix, osmesa)
-        press_everything(tab.visit)
+        press_everything(tab.visit, pressed=pressed)
         assert tab.console() == []
 
 

@@ -9,39 +9,47 @@ TROUBLE = ("Unexpected error", "Cannot read", "undefined", "NaN", "[object")
 """Parts of messages that no visitor should see."""
 
 
-def press_everything(visited: Visit, within: str = "body") -> list[str]:
-    """Press every control inside an element, those that appear meanwhile too. Returns their names.
+def press_everything(visited: Visit, within: str = "body", pressed: set[str] | None = None) -> None:
+    """Press every control inside an element, those that appear meanwhile too.
 
-    Raises AssertionError for a message or an error that no visitor should see.
+    pressed: names of the controls that were pressed on other pages, which are left out; new names are added. Raises
+    AssertionError for a message or an error that no visitor should see.
     """
-    page, pressed = visited.page, []
+    page, known = visited.page, sorted(pressed or ())
     page.on("dialog", Dialog.dismiss)
-    while (name := _next(page, within)) is not None:
-        pressed.append(name)
+    while (name := _next(page, within, known)) is not None:
+        if pressed is not None:
+            pressed.add(name)
         page.wait_for_timeout(50)
         shown = page.inner_text("body")
         assert not [part for part in TROUBLE if part in shown], f"after {name!r}: {shown}"
         assert visited.console == [], f"after {name!r}"
         page.keyboard.press("Escape")
-    return pressed
 
 
-def _next(page: Page, within: str) -> str | None:
-    """Press the first visible control that was not pressed. Returns its name; None if there is none."""
+def _next(page: Page, within: str, known: list[str]) -> str | None:
+    """Press the first visible control that was not pressed. Returns its name; None if there is none.
+
+    known: names of controls that are left out, except those that show others.
+    """
     name: str | None = page.evaluate(
-        """([within, controls]) => {
+        """([within, controls, known]) => {
             const all = [...document.querySelectorAll(`:is(${within}) :is(${controls})`)];
-            const next = all.find((each) => !each.wasPressed && each.checkVisibility() && !each.disabled);
+            const nameOf = (each) => each.innerText || each.getAttribute("aria-label") || each.id;
+            const isKnown = (each) => known.includes(nameOf(each)) && !each.matches("[aria-expanded], summary");
+            const next = all.find((each) => (
+                !each.wasPressed && each.checkVisibility() && !each.disabled && !isKnown(each)));
             if (!next) return null;
             next.wasPressed = true;
+            const name = nameOf(next);
             if (next.type === "range") {
                 next.value = String((Number(next.min) + Number(next.max)) / 2);
                 next.dispatchEvent(new Event("input", {bubbles: true}));
             } else {
                 next.click();
             }
-            return next.innerText || next.getAttribute("aria-label") || next.id;
+            return name;
         }""",
-        [within, CONTROLS],
+        [within, CONTROLS, known],
     )
     return name
