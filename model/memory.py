@@ -13,8 +13,8 @@ CGROUP = Path("/sys/fs/cgroup")
 """Folder with the memory limits of a container or a systemd service."""
 BUDGET = 2 << 30
 """Bytes that reading a file may take, whatever the file says."""
-RATIO = 64
-"""Bytes in memory for each byte of a larger file: 3 bytes a point in LAZ become some 150 of positions and colors."""
+RATIO = 100
+"""Bytes in memory for each byte of a larger file: 2 bytes a point in LAZ become some 150 of positions and colors."""
 
 
 def allowed(size: int) -> int:

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 import weakref
 from collections.abc import Callable, Sequence
 from importlib.util import find_spec
@@ -21,9 +22,9 @@ from .frames import Arrays, receive, send
 Decoder = Callable[..., Arrays]
 """A function of a module: takes numbers, texts and arrays of numbers by name, and returns arrays."""
 SECONDS = 15.0
-"""Seconds of the processor, and of the clock, that a small file may take, start of the process included."""
+"""Seconds of the processor, and of the clock, that a small file may take in all, starts of the process included."""
 SECONDS_A_BYTE = 4e-6
-"""More seconds for each byte: the slowest decoder, of 3MF, takes a fifth of it on one core."""
+"""More seconds for each byte: the slowest decoder, of 3MF, takes a fourth of it on one core."""
 START = (
     "import json, sys; from importlib import import_module; "
     "sys.path[:] = json.loads(sys.argv[1]); import_module(sys.argv[2]).serve()"
@@ -41,30 +42,31 @@ class Child:
         self._late = False
         self._size = 0
         self._taken = 0
+        self._spent = 0.0
 
     def call(self, decode: Decoder, packages: Sequence[str], size: int, **arguments: Any) -> Arrays:
         """Return decode(**arguments), made in the process.
 
-        packages: what is imported there before the limits hold. size: bytes that are decoded; memory and time are
-        limited in proportion to it, and what all calls return to half of that memory. Raises ModuleNotFoundError for a
-        missing package, ValueError for what the decoder raises, and UserError for its UserError, for a crash, and
+        packages: what is imported there before the limits hold. size: bytes that are decoded. Memory and time of all
+        calls are limited in proportion to it, and what they return to half of that memory. Raises ModuleNotFoundError
+        for a missing package, ValueError for what the decoder raises, and UserError for its UserError, for a crash, and
         beyond the limits.
         """
         for name in packages:
             if find_spec(name) is None:
                 raise ModuleNotFoundError(f"No module named {name!r}", name=name)
         self._size += size
-        memory, seconds = allowed(self._size), SECONDS + SECONDS_A_BYTE * size
+        memory, seconds = allowed(self._size), SECONDS + SECONDS_A_BYTE * self._size
         arrays = {name: value for name, value in arguments.items() if isinstance(value, np.ndarray)}
         head = {
             "function": [decode.__module__, decode.__qualname__],
             "packages": list(packages),
             "memory": memory,
-            "seconds": seconds,
+            "seconds": seconds - self._spent,
             "arguments": {name: value for name, value in arguments.items() if name not in arrays},
         }
         process = self._process = self._process or _started()
-        timer = threading.Timer(seconds, self._stop)
+        timer, started = threading.Timer(seconds - self._spent, self._stop), time.monotonic()
         timer.start()
         try:
             answer, result = self._exchange(process, head, arrays, memory // 2 - self._taken)
@@ -77,6 +79,7 @@ class Child:
             raise
         finally:
             timer.cancel()
+            self._spent += time.monotonic() - started
         if answer:
             raise _error_of(answer["error"], answer["text"], memory)
         self._taken += sum(array.nbytes for array in result.values())

@@ -59,7 +59,7 @@ def _limit(memory: int, seconds: float) -> None:
     if resource is None:
         return
     _set(resource.RLIMIT_CORE, 0)
-    _set(resource.RLIMIT_CPU, int(time.process_time() + seconds) + 1)
+    _set(resource.RLIMIT_CPU, max(int(time.process_time() + seconds), 0) + 1)
     with contextlib.suppress(OSError):  # other systems do not tell what is in use, and most do not keep the limit
         used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
         _set(resource.RLIMIT_AS, used + memory)

@@ -19,7 +19,7 @@ from .xml_text import refuse_entities
 HEADER = struct.Struct("<8s8xQQQQ")
 """Signature, bytes of the file, place of the XML part, its length without checksums, bytes of a page."""
 PAGE, CHECKSUM = 1024, 4
-A_POINT = 150  # bytes of memory for a point
+A_POINT = 200  # bytes of memory for a point
 DAMAGED = "not a readable E57 file"
 
 

@@ -15,7 +15,7 @@ from ..model.memory import check_claim
 from .clouds import content_of_arrays
 from .content import Cloud, Mesh
 
-COPIES = 3  # of the arrays, until they are a shape
+COPIES, DOUBLE = 3, 8  # of the arrays, until they are a shape, and bytes of what they become
 
 
 def read_npz(path: Path, chosen: Sequence[str] | None = None) -> Cloud | Mesh:
@@ -43,11 +43,10 @@ class Members(Mapping[str, NDArray[Any]]):
             version = npy.read_magic(file)
             read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
             shape, _, kind = read(file)
-        needed = prod(shape) * kind.itemsize
         # zipfile unpacks no more than the directory says.
-        if needed > info.file_size or min(shape, default=0) < 0:
-            raise UserError(f"array `{show(name)[:60]}` is cut off: it claims {needed:,} bytes")
-        self._taken += needed
-        check_claim(COPIES * self._taken, f"arrays of {self._taken:,} bytes", self._size)
+        if prod(shape) * kind.itemsize > info.file_size or min(shape, default=0) < 0:
+            raise UserError(f"array `{show(name)[:60]}` is cut off: it claims {prod(shape):,} numbers")
+        self._taken += prod(shape) * max(kind.itemsize, DOUBLE)
+        check_claim(COPIES * self._taken, f"{prod(shape):,} numbers in `{show(name)[:60]}`", self._size)
         with self._archive.open(info) as file:
             return npy.read_array(file, allow_pickle=False)

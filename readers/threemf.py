@@ -24,7 +24,7 @@ from .xml_text import refuse_entities
 ROOT = "3d/3dmodel.model"
 DEEPEST = 64  # objects inside of objects
 A_BYTE = 6.0  # bytes of memory for a byte of XML: the text, twice, and its numbers
-A_VERTEX, A_PLACE = 150, 1000  # bytes of memory
+AN_ITEM, A_PLACE = 120, 1000  # bytes of memory for a vertex or a face, and for a place
 
 
 def read_3mf(path: Path) -> Mesh:
@@ -39,8 +39,8 @@ def decoded(path: str) -> Arrays:
     with zipfile.ZipFile(path) as archive:
         package = Package(archive, size)
         items = package.model(package.root).items
-        vertices, places = package.extent(items)
-        check_claim(A_VERTEX * vertices + A_PLACE * places, f"{vertices:,} vertices in {places:,} places", size)
+        count, places = package.extent(items)
+        check_claim(AN_ITEM * count + A_PLACE * places, f"{count:,} vertices and faces in {places:,} places", size)
         placed = [(thing, matrix) for thing, matrix in package.placed(items) if len(thing.faces)]
     if not placed:
         raise UserError(EMPTY)
@@ -92,7 +92,7 @@ class Package:
         return self.model(part.model).objects.get(part.id, Object())
 
     def extent(self, parts: list[Part]) -> tuple[int, int]:
-        """Return how many vertices, and how many places of objects, parts have in all. Raises UserError for a loop."""
+        """Return how many vertices and faces, and how many places, parts have in all. Raises UserError for a loop."""
         known: dict[tuple[str, str], tuple[int, int]] = {}
 
         def of_part(part: Part, depth: int) -> tuple[int, int]:
@@ -101,11 +101,12 @@ class Package:
             if part.key not in known:
                 found = self.object(part)
                 inner = [of_part(each, depth + 1) for each in found.components]
-                known[part.key] = len(found.vertices) + sum(v for v, _ in inner), 1 + sum(p for _, p in inner)
+                count = len(found.vertices) + len(found.faces)
+                known[part.key] = count + sum(each for each, _ in inner), 1 + sum(each for _, each in inner)
             return known[part.key]
 
         extents = [of_part(part, 0) for part in parts]
-        return sum(vertices for vertices, _ in extents), sum(places for _, places in extents)
+        return sum(count for count, _ in extents), sum(places for _, places in extents)
 
     def placed(self, parts: list[Part]) -> Iterator[tuple[Object, Doubles]]:
         """Yield each object of parts, and of the objects in them, with its matrix (4, 3) for rows of points."""

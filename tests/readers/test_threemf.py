@@ -80,7 +80,10 @@ def test_objects_of_other_members_are_found(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("root", "says"),
     [
-        (model(levels(14, 10), '<item objectid="13"/>'), r"40,000,000,000,000 vertices in 11,111,111,111,111 places"),
+        (
+            model(levels(14, 10), '<item objectid="13"/>'),
+            r"80,000,000,000,000 vertices and faces in 11,111,111,111,111 places",
+        ),
         (model(levels(80, 1), '<item objectid="79"/>'), "objects inside of objects, 64 deep"),
         (model(f'<object id="1">{TETRAHEDRON}</object>', ""), "the mesh is empty"),
         (model('<object id="1"><mesh><triangle v1="0" v2="0" v3="0"/></mesh></object>', ""), "missing vertices"),
