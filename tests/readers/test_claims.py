@@ -102,6 +102,9 @@ def las_file(path: Path, *, kind: int = 2, points: int = 1, records: int = 0, ta
 def test_headers_of_las_are_read_as_they_are_written(tmp_path: Path) -> None:
     las.check_las(las_file(tmp_path / "a.las"))
     las.check_las(las_file(tmp_path / "a.laz", kind=130))
+    path = las_file(tmp_path / "b.laz", kind=130, table=-1)
+    path.write_bytes(path.read_bytes() + struct.pack("<q", 235))  # a writer that could not seek
+    las.check_las(path)
 
 
 @pytest.mark.parametrize(
