@@ -14,6 +14,7 @@ from ..model.files import show
 from ..model.memory import check_claim
 from .clouds import content_of_arrays
 from .content import Cloud, Mesh
+from .zip_file import members
 
 COPIES, DOUBLE = 3, 8  # of the arrays, until they are a shape, and bytes of what they become
 
@@ -29,7 +30,7 @@ class Members(Mapping[str, NDArray[Any]]):
 
     def __init__(self, archive: zipfile.ZipFile, size: int) -> None:
         self._archive, self._size, self._taken = archive, size, 0
-        self._members = {info.filename.removesuffix(".npy"): info for info in archive.infolist()}
+        self._members = {info.filename.removesuffix(".npy"): info for info in members(archive)}
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._members)
@@ -43,7 +44,6 @@ class Members(Mapping[str, NDArray[Any]]):
             version = npy.read_magic(file)
             read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
             shape, _, kind = read(file)
-        # zipfile unpacks no more than the directory says.
         if prod(shape) * kind.itemsize > info.file_size or min(shape, default=0) < 0:
             raise UserError(f"array `{show(name)[:60]}` is cut off: it claims {prod(shape):,} numbers")
         self._taken += prod(shape) * max(kind.itemsize, DOUBLE)

@@ -20,6 +20,7 @@ from .frames import Arrays
 from .threemf_model import Model, Object, Part, model_of
 from .values import Doubles
 from .xml_text import refuse_entities
+from .zip_file import members
 
 ROOT = "3d/3dmodel.model"
 DEEPEST = 64  # objects inside of objects
@@ -61,7 +62,7 @@ class Package:
     """Bytes of the archive."""
 
     def __post_init__(self) -> None:
-        self._members = {info.filename.strip("/").lower(): info for info in self.archive.infolist()}
+        self._members = {info.filename.strip("/").lower(): info for info in members(self.archive)}
         self._models: dict[str, Model] = {}
         self._unpacked = 0
 
@@ -79,10 +80,10 @@ class Package:
             info = self._members.get(name)
             if info is None:
                 raise UserError(f"not a readable 3MF file (it has no {name[:60]!a})")
-            # zipfile unpacks no more than the directory says, and raises an error if that is not all.
             self._unpacked += info.file_size
             check_claim(A_BYTE * self._unpacked, f"models of {self._unpacked:,} bytes, unpacked", self.size)
-            xml = self.archive.read(info)
+            with self.archive.open(info) as file:
+                xml = file.read(info.file_size)
             refuse_entities(xml)
             self._models[name] = model_of(xml, name)
         return self._models[name]

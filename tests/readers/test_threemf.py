@@ -1,6 +1,7 @@
 """3MF: objects in their places, as trimesh reads them, and archives that are made to do harm."""
 
 import struct
+import tracemalloc
 import zipfile
 from pathlib import Path
 
@@ -117,3 +118,24 @@ def test_members_are_unpacked_as_far_as_they_are_used(tmp_path: Path, monkeypatc
     path.write_bytes(data)
     with pytest.raises(UserError, match="models of 4,294,967,280 bytes, unpacked"):
         threemf.decoded(str(path))
+
+
+def test_a_member_is_unpacked_as_far_as_the_directory_says(tmp_path: Path) -> None:
+    path = package(tmp_path / "a.3mf", " " * (1 << 26))
+    data = bytearray(path.read_bytes())
+    struct.pack_into("<I", data, data.rfind(b"PK\x01\x02") + 24, 1000)
+    path.write_bytes(data)
+    tracemalloc.start()
+    with pytest.raises(zipfile.BadZipFile):
+        threemf.decoded(str(path))
+    assert tracemalloc.get_traced_memory()[1] < 1 << 22
+    tracemalloc.stop()
+
+
+@pytest.mark.parametrize("packing", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_packings_without_a_bound_are_refused(tmp_path: Path, packing: int) -> None:
+    for ending, name in (("3mf", "3D/3dmodel.model"), ("npz", "points.npy")):
+        with zipfile.ZipFile(tmp_path / f"a.{ending}", "w", packing) as archive:
+            archive.writestr(name, b"data")
+        with pytest.raises(UserError, match="packed in a way that is not deflate"):
+            read_shape(tmp_path / f"a.{ending}")
