@@ -11,6 +11,27 @@ except ImportError:  # Windows
 
 CGROUP = Path("/sys/fs/cgroup")
 """Folder with the memory limits of a container or a systemd service."""
+BUDGET = 2 << 30
+"""Bytes that reading a file may take, whatever the file says."""
+RATIO = 100
+"""Bytes in memory for each byte of a larger file: 2 bytes a point in LAZ become some 150 of positions and colors."""
+
+
+def allowed(size: int) -> int:
+    """Return the bytes of memory that a file of `size` bytes may take."""
+    return max(BUDGET, RATIO * size)
+
+
+def check_claim(needed: float, what: str, size: int = 0) -> None:
+    """Raise UserError if what a file says it holds takes more memory than is allowed. Ask before allocating it.
+
+    needed: bytes. what: for the message, such as "1,000,000,000 points". size: bytes of the file, if they are known.
+    """
+    if needed > allowed(size):
+        raise UserError(
+            f"it says that it has {what}, which take {needed / 1e9:.3g} GB of memory; {allowed(size) / 1e9:.2g} GB are "
+            "allowed for its size: it is damaged, or split it"
+        )
 
 
 def check_memory(needed: float, what: str, advice: str) -> None:

@@ -87,15 +87,15 @@ def cloud_of_table(table: Doubles, chosen: Sequence[str] | None = None) -> Cloud
 
 
 def content_of_arrays(arrays: Mapping[str, NDArray[Any]], chosen: Sequence[str] | None = None) -> Cloud | Mesh:
-    """Make a cloud, or a mesh where there are faces, of named arrays. Raises UserError."""
+    """Make a cloud, or a mesh where there are faces, of named arrays; it asks for no others. Raises UserError."""
     found: dict[str, NDArray[Any]] = {}
-    for name, array in arrays.items():
+    for name in arrays:
         role = ARRAYS.get(plain(name))
         if role is not None and role not in found:
-            found[role] = np.asarray(array)
+            found[role] = np.asarray(arrays[name])
     if "points" not in found:
-        flat = {name: np.asarray(array).reshape(-1) for name, array in arrays.items() if np.asarray(array).ndim <= 2}
-        flat = {name: array for name, array in flat.items() if chosen or plain(name) in NAMES}
+        named = {name: np.asarray(arrays[name]) for name in arrays if chosen or plain(name) in NAMES}
+        flat = {name: array.reshape(-1) for name, array in named.items() if array.ndim <= 2}
         if {"x", "y", "z"} <= set(roles_of(list(flat))):
             return cloud_of_columns(list(flat), list(flat.values()), chosen)
         raise UserError(f"the array `points` is missing; it has {_listed(list(arrays))}")

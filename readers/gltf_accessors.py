@@ -7,7 +7,9 @@ from numpy.typing import NDArray
 
 from ..model.errors import UserError
 from ..model.files import show
+from .child import child_of
 from .gltf_file import DAMAGED, Gltf, extension, needing
+from .gltf_meshopt import decompressed
 from .values import Doubles
 
 TYPES = {5120: "i1", 5121: "u1", 5122: "i2", 5123: "u2", 5125: "u4", 5126: "f4", 5130: "f8"}
@@ -104,30 +106,9 @@ def _view_items(gltf: Gltf, view: object, offset: int, kind: str, width: int, co
 
 def _meshopt(gltf: Gltf, compressed: dict[str, Any]) -> bytes:
     """Decompress a view of meshopt. Raises UserError, and ModuleNotFoundError without meshoptimizer."""
-    with needing(MESHOPT[0]):
-        import meshoptimizer
-
     data = np.frombuffer(_slice(gltf, compressed), np.uint8)
     try:
-        count, stride, mode = int(compressed["count"]), int(compressed["byteStride"]), compressed["mode"]
-        if not 0 < count * stride <= MOST:
-            raise ValueError("size")
-        if mode == "TRIANGLES":
-            return _indices(meshoptimizer.decode_index_buffer(count, stride, data), stride)
-        if mode == "INDICES":
-            return _indices(meshoptimizer.decode_index_sequence(count, stride, data), stride)
-        decoded = np.frombuffer(np.asarray(meshoptimizer.decode_vertex_buffer(count, stride, data)).tobytes(), np.uint8)
-        filters = {
-            "OCTAHEDRAL": meshoptimizer.decode_filter_oct,
-            "QUATERNION": meshoptimizer.decode_filter_quat,
-            "EXPONENTIAL": meshoptimizer.decode_filter_exp,
-        }
-        chosen = filters.get(compressed.get("filter", "NONE"))
-        return np.asarray(decoded if chosen is None else chosen(decoded, count, stride)).tobytes()
-    except (KeyError, TypeError, ValueError, RuntimeError) as error:
+        with needing(MESHOPT[0]):
+            return decompressed(child_of(gltf), data, compressed)
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise UserError(f"{DAMAGED} (its meshopt data: {show(str(error))[:60]})") from None
-
-
-def _indices(decoded: NDArray[Any], stride: int) -> bytes:
-    """Return the indices' bytes: the library fills the first ones of an array of 32 bits."""
-    return np.asarray(decoded).tobytes()[: stride * len(decoded)]

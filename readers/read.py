@@ -6,12 +6,17 @@ from pathlib import Path
 from ..model.errors import UserError
 from ..model.files import is_file, is_folder, reason_of, show
 from .content import Cloud, Mesh
+from .e57 import read_e57
 from .gltf import read_gltf
+from .las import read_las
+from .npz import read_npz
 from .obj import read_obj
-from .other_formats import read_e57, read_las, read_pcd, read_with_trimesh
+from .off import read_off
+from .pcd import read_pcd
 from .ply import read_ply
 from .stl import read_stl
-from .text_clouds import read_npz, read_text
+from .text_clouds import read_text
+from .threemf import read_3mf
 
 Reader = Callable[[Path, Path | None, Sequence[str] | None], Mesh | Cloud]
 """Reads a path; the second argument replaces the image of a material, the third names the columns of points."""
@@ -32,8 +37,8 @@ READERS: dict[str, Reader] = {
     ".stl": _triangles(read_stl),
     ".glb": read_gltf,
     ".gltf": read_gltf,
-    ".off": _triangles(read_with_trimesh),
-    ".3mf": _triangles(read_with_trimesh),
+    ".off": _triangles(read_off),
+    ".3mf": _triangles(read_3mf),
     **dict.fromkeys((".xyz", ".csv", ".txt", ".asc", ".pts"), _points(read_text)),
     ".npz": _points(read_npz),
     ".pcd": _points(read_pcd),

@@ -1,12 +1,10 @@
-"""Reads point clouds of text columns, and of NumPy's files."""
+"""Reads point clouds of text columns."""
 
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-
-from .clouds import cloud_of_columns, cloud_of_table, content_of_arrays
-from .content import Cloud, Mesh
+from .clouds import cloud_of_columns, cloud_of_table
+from .content import Cloud
 from .text_table import read_table
 
 PTS = ("x", "y", "z", "-", "r", "g", "b")
@@ -21,9 +19,3 @@ def read_text(path: Path, chosen: Sequence[str] | None = None) -> Cloud:
     if table.names is None or chosen is not None:
         return cloud_of_table(table.rows, chosen)
     return cloud_of_columns(table.names, list(table.rows.T), typed=False)
-
-
-def read_npz(path: Path, chosen: Sequence[str] | None = None) -> Cloud | Mesh:
-    """Read named arrays. Raises UserError."""
-    with np.load(path, allow_pickle=False) as arrays:
-        return content_of_arrays({name: arrays[name] for name in arrays.files}, chosen)
