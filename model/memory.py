@@ -11,6 +11,8 @@ except ImportError:  # Windows
 
 CGROUP = Path("/sys/fs/cgroup")
 """Folder with the memory limits of a container or a systemd service."""
+BUDGET = 2e9
+"""Most bytes that a file may claim by numbers in it, beyond what its own bytes account for."""
 
 
 def check_memory(needed: float, what: str, advice: str) -> None:
@@ -20,6 +22,12 @@ def check_memory(needed: float, what: str, advice: str) -> None:
         raise UserError(
             f"{what} needs some {needed / 1e9:.2g} GB of memory, and {free / 1e9:.2g} GB are free; {advice}"
         )
+
+
+def check_claim(claimed: float, what: str) -> None:
+    """Raise UserError if a number in a file claims more bytes than `BUDGET`: "WHAT would take 8 GB of memory, ..."."""
+    if claimed > BUDGET:
+        raise UserError(f"{what} would take {claimed / 1e9:.2g} GB of memory; {BUDGET / 1e9:g} GB are allowed")
 
 
 def free_memory() -> float:

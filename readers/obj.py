@@ -11,12 +11,15 @@ from numpy.typing import NDArray
 
 from ..model.errors import UserError
 from ..model.files import show
+from ..model.references import Folder, UnresolvedError
 from ..model.srgb import to_linear
+from .claims import Claims
 from .clouds import EMPTY, finite_cloud
 from .columns import untyped_colors
 from .content import Cloud, Facts, Mesh
-from .images import Missing, load_picture
+from .images import Images, Missing, users_picture
 from .mtl import ObjMaterial, read_materials
+from .named_files import NamedFiles
 from .paint import Material, Paint, Picture
 from .polygons import triangulated
 from .text_numbers import numbers
@@ -43,8 +46,11 @@ class Lines:
     groups: set[str] = field(default_factory=set)
 
 
-def read_obj(path: Path, image: Path | None, chosen: Sequence[str] | None = None) -> Mesh | Cloud:
-    """Read an OBJ file; without faces, its vertices are a cloud. image: replaces the materials'. Raises UserError."""
+def read_obj(path: Path, image: Path | None, chosen: Sequence[str] | None = None, follow: bool = False) -> Mesh | Cloud:
+    """Read an OBJ file; without faces, its vertices are a cloud. Raises UserError.
+
+    image: replaces the materials'. follow: of `Folder`, for the names of materials and images.
+    """
     lines = _sorted(path)
     vertices = _numbers(lines.vertices, "v")
     if not len(vertices):
@@ -69,7 +75,7 @@ def read_obj(path: Path, image: Path | None, chosen: Sequence[str] | None = None
     facts.unwrapped = uv is not None
     painted = None if colors is None else CornerValues(colors, index[:, :, 0])
     used = _materials_of(lines, owners)
-    paint = _paint(path, lines, used, uv, has_uv.all(axis=1), painted, image, facts)
+    paint = _paint(Folder(path.parent, follow), lines, used, uv, has_uv.all(axis=1), painted, image, facts)
     given = None
     if len(normals) and normals.shape[1] == 3 and (index[:, :, 2] != NONE).all():
         given = CornerValues(normals, index[:, :, 2])
@@ -167,13 +173,14 @@ def _corners(lines: Lines, vertices: int) -> tuple[Integers, Integers]:
 def _materials_of(lines: Lines, owners: Integers) -> tuple[list[str], NDArray[np.int64]]:
     """Return the names of the materials, "" for none, and the index (F,) of each triangle's."""
     names = list(dict.fromkeys(["", *(name for _, name in lines.materials)]))
+    places = {name: place for place, name in enumerate(names)}
     starts = np.array([0, *(start for start, _ in lines.materials)], np.int64)
-    of_start = np.array([0, *(names.index(name) for _, name in lines.materials)], np.int64)
+    of_start = np.array([0, *(places[name] for _, name in lines.materials)], np.int64)
     return names, of_start[np.searchsorted(starts, owners, side="right") - 1]
 
 
 def _paint(
-    path: Path,
+    folder: Folder,
     lines: Lines,
     used: tuple[list[str], NDArray[np.int64]],
     uv: CornerValues | None,
@@ -188,24 +195,25 @@ def _paint(
     """
     names, material = used
     if image is not None:
-        picture = load_picture(path.parent, "", image, unwrapped=uv is not None)
+        picture = users_picture(image, unwrapped=uv is not None)
         return Paint((Material(picture),), np.zeros(len(material), np.int64), uv)
-    library, missing = read_materials(path.parent, lines.libraries)
+    files, images = NamedFiles(folder), Images(Claims(0))
+    library, missing = read_materials(files, lines.libraries)
     present: list[int] = np.unique(material).tolist()
     own: dict[int, ObjMaterial] = {index: library.get(names[index], ObjMaterial()) for index in present}
     pictures: dict[int, Picture] = {}
-    lost: list[Missing] = [Missing(name) for name in missing]
+    lost: dict[str, Missing] = {error.name: Missing(error.name, error.why) for error in missing}
     if uv is not None:
         alone = next(iter(library.values())) if len(library) == 1 else None
         for index in present:
             # Without `usemtl`, or by a name in another encoding, the only material is meant.
             own[index] = own[index] if names[index] in library else alone or own[index]
             if (named := own[index].image) is not None:
-                picture = load_picture(path.parent, named.name, None)
-                if picture is None:
-                    lost.append(Missing(named.name))
-                else:
+                try:
+                    picture = images.named(files, named.name)
                     pictures[index] = Picture(picture.pixels, ("clamp", "clamp") if named.clamped else picture.wraps)
+                except UnresolvedError as error:
+                    lost[error.name] = Missing(error.name, error.why)
     colors = {index: own[index].color for index in present}
     gone = [names[index] for index in present if names[index] and names[index] not in library and not own[index].image]
     if library and gone and len(gone) < len(present):
@@ -214,14 +222,14 @@ def _paint(
         if painted is not None:
             return Paint((Material(),), np.zeros(len(material), np.int64), colors=painted)
         if uv is not None and (lost or all(color in (None, *PLACEHOLDERS) for color in colors.values())):
-            facts.warnings.append((lost[0] if lost else Missing("")).line())
+            facts.warnings.append(next(iter(lost.values()), Missing("")).line())
             return None
         if missing:
-            facts.warnings.append(f"its materials are not there: {', '.join(map(show, missing))}")
+            facts.warnings.append(f"its materials are missing: {_listed(lost)}")
         if all(color in (None, *PLACEHOLDERS) for color in colors.values()):
             return None
     elif lost:
-        facts.warnings.append(f"an image was not found beside the file: {', '.join(show(each.name) for each in lost)}")
+        facts.warnings.append(f"files are missing: {_listed(lost)}")
     gray = (0.5, 0.5, 0.5)
     materials = tuple(
         Material(pictures[index]) if index in pictures else Material(None, _linear(colors.get(index) or gray))
@@ -236,6 +244,10 @@ def _paint(
         materials = (*materials, Material(None, _linear(mean.tolist())))
         material = np.where(bare, len(materials) - 1, material)
     return Paint(materials, material, _transformed(uv, own, material))
+
+
+def _listed(lost: dict[str, Missing]) -> str:
+    return "; ".join(f"{each.name}: {each.why}" for each in [*lost.values()][:8])
 
 
 def _linear(color: Sequence[float]) -> tuple[float, float, float]:
