@@ -16,7 +16,7 @@ from .files import show
 from .options import option
 
 MISSING = "not found beside the file"
-OUTSIDE = "outside of the folder of the file that names it; --follow reads it"
+OUTSIDE = "outside of the folder; --follow reads it"
 ADDRESS = "on the network; download it beside the file"
 NO_FILE = "a pipe or a device, not a file"
 LONGEST = 4096

@@ -89,9 +89,10 @@ def _paint(parts: list[Part], image: Path | None, facts: Facts) -> Paint | None:
         picture = users_picture(image, unwrapped=facts.unwrapped)
         parts = [Part(p.points, p.faces, p.normals, p.uv, None, Painted(Material(picture))) for p in parts]
     lost = sorted({part.painted.lost for part in parts if part.painted.lost})
-    unplaced = [part for part in parts if part.painted.material.picture is not None and part.uv is None]
-    bare = all((part.painted.placeholder or part in unplaced) and part.colors is None for part in parts)
-    if unplaced:
+    unplaced = [part.painted.material.picture is not None and part.uv is None for part in parts]
+    pairs = zip(parts, unplaced, strict=True)
+    bare = all((part.painted.placeholder or unused) and part.colors is None for part, unused in pairs)
+    if any(unplaced):
         facts.warnings.append("an image is not used: its set of texture coordinates is missing")
     if lost:
         named, _, why = lost[0].rpartition(": ")
@@ -100,7 +101,7 @@ def _paint(parts: list[Part], image: Path | None, facts: Facts) -> Paint | None:
             return None
         facts.warnings.append(f"an image is missing: {'; '.join(lost)}")
     elif bare:
-        if facts.unwrapped and not unplaced:
+        if facts.unwrapped and not any(unplaced):
             facts.warnings.append(Missing("").line())
         return None
     return joined_paint([(_of_part(part), len(part.faces)) for part in parts])

@@ -62,19 +62,13 @@ def of_strips(lists: Lists) -> Integers:
 
     Each triangle of a strip shares two vertices with the previous one; a negative number starts a new strip.
     """
-    ends = np.cumsum(lists.sizes)
-    triangles = []
-    for row in np.split(lists.values.astype(np.int64), ends[:-1]):
-        for part in np.split(row, np.flatnonzero(row < 0)):
-            strip = part[part >= 0]
-            if len(strip) < 3:
-                continue
-            rows = np.stack((strip[:-2], strip[1:-1], strip[2:]), axis=1)
-            rows[1::2] = rows[1::2, [1, 0, 2]]
-            triangles.append(rows)
-    if not triangles:
-        return np.zeros((0, 3), np.int64)
-    joined = np.concatenate(triangles)
+    values = lists.values.astype(np.int64)
+    strips = np.cumsum(values < 0) + np.repeat(np.arange(len(lists.sizes)), lists.sizes)
+    values, strips = values[values >= 0], strips[values >= 0]
+    joined = np.stack((values[:-2], values[1:-1], values[2:]), axis=1)
+    odd = (np.arange(len(values)) - np.searchsorted(strips, strips))[:-2] % 2 == 1
+    joined[odd] = joined[odd][:, [1, 0, 2]]
+    joined = joined[strips[:-2] == strips[2:]]
     return np.asarray(joined[(joined != np.roll(joined, 1, axis=1)).all(axis=1)])  # repeated vertices turn a strip
 
 
