@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 from ..model.errors import UserError
 from .values import Doubles, Integers
 
-PIECE, LARGEST = 250, 1000
+PIECE, LARGEST = 400, 1000
 """Most corners of a piece, and of one for which no diagonal is found."""
-ROUNDS = ((4, 8), (16, 16), (64, 64), (128, 256))
-"""Numbers of corners that diagonals start at, and the share 1 / K of all corners that they leave on either side."""
+ROUNDS = ((4, 8, 1000), (16, 16, 4000), (64, 64, 16_000), (128, 256, 64_000))
+"""Number of stretches that diagonals start at, the share 1 / K of all corners that they leave on either side, and the
+number of stretches where they may end."""
 NEAREST = 4  # the corners that each is joined with
 
 
@@ -40,7 +41,6 @@ def pieces(polygon: Doubles) -> Iterator[Integers]:
 def _diagonal(polygon: Doubles) -> tuple[int, int] | None:
     """Return two corners of a polygon (N, 2) whose connection is inside; None if none is found."""
     count = len(polygon)
-    places = np.arange(count)
     before, after = np.roll(polygon, 1, axis=0), np.roll(polygon, -1, axis=0)
     convex = _turn(before, polygon, after) > 0
 
@@ -50,23 +50,32 @@ def _diagonal(polygon: Doubles) -> tuple[int, int] | None:
         right, left = _turn(at, after[corners], to) > 0, _turn(at, to, before[corners]) > 0
         return np.where(convex[corners], right & left, right | left)
 
-    for anchors, share in ROUNDS:
-        bounds = np.linspace(0, count, min(anchors, count) + 1).astype(np.int64)
-        across, up = (polygon[bounds[1:] % count] - polygon[bounds[:-1]]).T
-        # Of each stretch its first corner, then the one that lies deepest inside, which sees most of the others.
-        spans = zip(bounds[:-1].tolist(), bounds[1:].tolist(), -up, across, strict=True)
-        deepest = [start + int((polygon[start:end] @ (x, y)).argmax()) for start, end, x, y in spans]
+    for starts, share, ends in ROUNDS:
         found: list[tuple[float, int, int]] = []
-        for anchor in dict.fromkeys([*bounds[:-1].tolist(), *deepest]):
-            gap = np.abs(places - anchor)
-            others = np.flatnonzero(np.minimum(gap, count - gap) >= max(2, count / share))
-            others = others[opens(anchor, others) & opens(others, anchor)]
-            lengths = ((polygon[others] - polygon[anchor]) ** 2).sum(axis=1)
-            found += [(float(lengths[k]), anchor, int(others[k])) for k in np.argsort(lengths)[:NEAREST]]
-        for _, first, last in sorted(found):  # long ones would leave slivers
+        anchors = _marks(polygon, starts)
+        for places in (anchors, _marks(polygon, ends)):
+            for anchor in anchors.tolist():
+                gap = np.abs(places - anchor)
+                others = places[np.minimum(gap, count - gap) >= max(2, count / share)]
+                others = others[opens(anchor, others) & opens(others, anchor)]
+                lengths = ((polygon[others] - polygon[anchor]) ** 2).sum(axis=1)
+                found += [(float(lengths[k]), anchor, int(others[k])) for k in np.argsort(lengths)[:NEAREST]]
+        for _, first, last in sorted(set(found)):  # long ones would leave slivers
             if not _meets(polygon, after, first, last):
                 return min(first, last), max(first, last)
     return None
+
+
+def _marks(polygon: Doubles, stretches: int) -> Integers:
+    """Return some corners of a polygon (N, 2): of each stretch the first, and the deepest inside, which sees most."""
+    count = len(polygon)
+    if count <= 2 * stretches:
+        return np.arange(count)
+    bounds = np.linspace(0, count, stretches + 1).astype(np.int64)
+    across, up = (polygon[bounds[1:] % count] - polygon[bounds[:-1]]).T
+    spans = zip(bounds[:-1].tolist(), bounds[1:].tolist(), -up, across, strict=True)
+    deepest = [start + int((polygon[start:end] @ (x, y)).argmax()) for start, end, x, y in spans]
+    return np.unique(np.concatenate((bounds[:-1], np.array(deepest, np.int64))))
 
 
 def _meets(polygon: Doubles, after: Doubles, first: int, last: int) -> bool:
