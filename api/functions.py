@@ -53,7 +53,7 @@ class _PythonArguments:
 
     resume: Field | None = None
     callback: "ProgressCallback | None" = None
-    follow: Callable[[Field], object] | None = None
+    after_level: Callable[[Field], object] | None = None
     preview: bool | str | Path = False
 
 
@@ -75,8 +75,8 @@ def train(shape: "str | Path | Arrays", options: TrainArguments) -> Field:
     (vertices, faces), points, or arrays (points, normals[, colors]); with `time`, a folder of meshes.
 
     resume: a model to continue. callback: receives the stage, the share of it that is done and the loss, repeatedly; it
-    may raise KeyboardInterrupt: the training then ends and keeps its weights. follow: receives a `Field` after
-    every level. preview: True: show a picture of each level in a notebook; a path: draw them into that folder.
+    may raise KeyboardInterrupt: the training then ends and keeps its weights. after_level: receives a `Field`
+    after every level. preview: True: show a picture of each level in a notebook; a path: draw them into that folder.
 
     Raises UserError.
     """
@@ -106,7 +106,7 @@ def morph(first: Field | str | Path, second: Field | str | Path, options: MorphA
     """Train a model that moves: it is `first` at time 0, `second` at time 1, and surfaces between them meanwhile.
 
     first, second: models, names of the gallery, paths of meshes or models, or the word "demo". resume, callback,
-    follow, preview: as in `train`. Raises UserError.
+    after_level, preview: as in `train`. Raises UserError.
     """
     prepare_openmp()
     from ..trainer.sources import morph_source
@@ -134,8 +134,8 @@ def _trained(source: "Source", options: TrainArguments | MorphArguments) -> Fiel
 
     def follow(model: "Model") -> None:
         field = show(model)
-        if options.follow is not None:
-            options.follow(field)
+        if options.after_level is not None:
+            options.after_level(field)
 
     resume = options.resume.model if options.resume is not None else False
     model = train_source(
@@ -187,17 +187,24 @@ def evaluate(model: Field | str | Path, shape: str | Path, options: EvalOptions)
     return compare(path if path.suffix.lower() in SUFFIXES else load_model(path), truth, options)
 
 
-def report(model: Field | str | Path, shape: str | Path | None = None, log: str | Path | None = None) -> str:
+def report(
+    model: Field | str | Path,
+    shape: str | Path | None = None,
+    log: str | Path | None = None,
+    *,
+    follow: bool = False,
+) -> str:
     """Return a page about a model and its training: HTML in one file.
 
     model: a model, its path or its name in the gallery. shape: path of the ground truth, a mesh, for the error of the
-    surface. log: path of the training's log, for the curves. Raises UserError.
+    surface. log: path of the training's log, for the curves. follow: read also what the mesh's file names
+    outside of its folder. Raises UserError.
     """
     from ..reporting.page import report as page
 
     named = {"shape": shape, "log": log}
     paths = {name: path_of(value, name) for name, value in named.items() if value is not None}
-    return page(model.model if isinstance(model, Field) else load_model(model_path(str(model))), **paths)
+    return page(model.model if isinstance(model, Field) else load_model(model_path(str(model))), **paths, follow=follow)
 
 
 def compose(scene: str | Path) -> Field:

@@ -97,7 +97,7 @@ class Preview:
     def __init__(self) -> None:
         """Raises UserError outside of a notebook."""
         if not in_notebook():
-            raise UserError("preview: works in notebooks only; elsewhere name a folder, or use `follow`")
+            raise UserError("preview: works in notebooks only; elsewhere name a folder, or use `after_level`")
         self._display = import_module("IPython.display").display
         self._handle: Any = None  # IPython's handle of the display
 

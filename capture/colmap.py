@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from ..model.errors import UserError
-from ..model.files import is_folder, show
+from ..model.files import show
+from ..model.references import Folder
 from .cloud import Doubles
 from .intrinsics import UNFIT, Intrinsics, same_shape
 from .photograph_files import (
@@ -18,6 +19,7 @@ from .photograph_files import (
     ball_of,
     check_projection,
     mask_beside,
+    named_file,
     natural,
     reach_of,
     size_of,
@@ -68,34 +70,34 @@ class View:
     """(3,)."""
 
 
-def sparse_model(folder: Path) -> Path | None:
-    """Return the folder of a sparse model; None if there is none."""
+def sparse_model(root: Folder) -> Path | None:
+    """Return the folder of a sparse model in a folder; None if there is none. Raises UserError for one elsewhere."""
     for place in PLACES:
         for ending in (".bin", ".txt"):
-            if all((folder / place / f"{name}{ending}").is_file() for name in ("cameras", "images")):
-                return folder / place
+            if all(root.find(f"{place}/{name}{ending}") for name in ("cameras", "images")):
+                return root.path / place
     return None
 
 
-def find_in_colmap(folder: Path, sparse: Path, sphere: Doubles | None, up: str | None) -> Layout:
-    """Find the photographs of a sparse model. sphere, up: of `find_in_transforms`. Raises UserError."""
+def find_in_colmap(root: Folder, sparse: Path, sphere: Doubles | None, up: str | None) -> Layout:
+    """Find the photographs of a sparse model in a folder. sphere, up: of `find_in_transforms`. Raises UserError."""
     binary = (sparse / "images.bin").is_file() and (sparse / "cameras.bin").is_file()
     ending = ".bin" if binary else ".txt"
     try:
         cameras = dict((_binary_cameras if binary else _text_cameras)(sparse / f"cameras{ending}"))
         views = list((_binary_views if binary else _text_views)(sparse / f"images{ending}"))
-    except (OSError, ValueError, IndexError, struct.error, UnicodeDecodeError):
+    except (OSError, ValueError, IndexError, ArithmeticError, struct.error):
         raise UserError(f"{show(sparse)}: not a readable sparse model of COLMAP") from None
     files, eyes, axes, reach = [], [], [], []
     warnings: list[str] = []
     for view in sorted(views, key=lambda each: natural(each.name)):
         label = f"{show(sparse)}, {show(view.name)}"
         if view.camera not in cameras:
-            raise UserError(f"{label}: camera {view.camera} does not exist")
+            raise UserError(f"{label}: camera {str(view.camera)[:20]} does not exist")
         camera = cameras[view.camera]
         if camera.distorted and not warnings:
             warnings.append(f"{label}: its lens distortion is ignored; undistort the pictures if it is large")
-        image = _picture(folder, view.name)
+        image = _picture(root, view.name, label)
         size = size_of(image)
         if not same_shape((camera.width, camera.height), size):
             raise UserError(
@@ -107,7 +109,7 @@ def find_in_colmap(folder: Path, sparse: Path, sphere: Doubles | None, up: str |
         outside = np.concatenate((rotation, view.translation[:, None]), axis=1)
         matrix = np.array([[pinhole.fx, 0, pinhole.cx], [0, pinhole.fy, pinhole.cy], [0, 0, 1.0]])
         projection = check_projection(matrix @ outside, label)
-        files.append(PhotographFile(image, mask_beside(folder, view.name), size, projection))
+        files.append(PhotographFile(image, mask_beside(root, view.name), size, projection))
         eyes.append(-rotation.T @ view.translation)
         axes.append(rotation[2])
         reach.append(reach_of(size, pinhole))
@@ -116,10 +118,10 @@ def find_in_colmap(folder: Path, sparse: Path, sphere: Doubles | None, up: str |
     return Layout(files, sphere[:3], float(sphere[3]), up or up_of(files, "-y"), warnings)
 
 
-def _picture(folder: Path, name: str) -> Path:
+def _picture(root: Folder, name: str, label: str) -> Path:
+    """Find a picture in one of the folders for them. Raises UserError."""
     parts = [part for part in name.replace("\\", "/").split("/") if part not in ("", ".", "..")]
-    places = [folder.joinpath(place, *parts) for place in PICTURES if is_folder(folder / place)]
-    return next((path for path in places if path.is_file()), folder.joinpath("images", *parts))
+    return named_file(root, ["/".join((place, *parts)) for place in (*PICTURES, PICTURES[0])], label)
 
 
 def _camera(model: str, width: int, height: int, numbers: list[float], focals: int) -> Camera:

@@ -7,8 +7,9 @@ import numpy as np
 
 from ..model.errors import UserError
 from ..model.files import is_folder, show
+from ..model.references import Folder
 from .colmap import find_in_colmap, sparse_model
-from .photograph_files import Layout, load_photograph
+from .photograph_files import Layout, Loaded, load_photograph
 from .photographs import Photographs
 from .sphere_cameras import find_in_sphere
 from .transforms import TRANSFORMS, find_in_transforms
@@ -25,19 +26,23 @@ def read_photographs(
     camera_size: tuple[int, int] | None = None,
     sphere: tuple[float, float, float, float] | None = None,
     up: str | None = None,
+    *,
+    follow: bool = False,
 ) -> tuple[Photographs, list[str]]:
     """Load the photographs of a folder and their cameras: of IDR and NeuS, with a transforms.json, or of COLMAP.
 
     scale: factor on the photographs' sides, at most 1; None: shrink to `PIXELS`. camera_size: width and height that
     cameras_sphere.npz describes; None: the photographs' size. sphere: center and radius of a ball around the object,
-    for a transforms.json. up: axis of the cameras' space that points up; None: as in the photographs. Returns the
-    photographs, and warnings for the user. Raises UserError.
+    for a transforms.json. up: axis of the cameras' space that points up; None: as in the photographs. follow: of
+    `Folder`, for all files in the folder and those that they name. Returns the photographs, and warnings for the user.
+    Raises UserError.
     """
-    layout = _layout(folder, camera_size, sphere, up)
+    layout = _layout(Folder(folder, follow), camera_size, sphere, up)
     if len(layout.files) < FEWEST:
         raise UserError(f"{show(folder)}: {len(layout.files)} photographs with cameras; at least {FEWEST} are needed")
     factor = scale or min(1.0, (PIXELS / sum(file.size[0] * file.size[1] for file in layout.files)) ** 0.5)
-    photographs = tuple(load_photograph(file, factor, layout.to_model) for file in layout.files)
+    loaded: Loaded = {}
+    photographs = tuple(load_photograph(file, factor, layout.to_model, loaded) for file in layout.files)
     masks = [view.mask for view in photographs if view.mask is not None]
     if masks and not any(mask.any() for mask in masks):
         raise UserError(f"{show(folder)}: all masks are black; white is where the object is")
@@ -53,23 +58,24 @@ def read_photographs(
 
 
 def _layout(
-    folder: Path, camera_size: tuple[int, int] | None, sphere: tuple[float, float, float, float] | None, up: str | None
+    root: Folder, camera_size: tuple[int, int] | None, sphere: tuple[float, float, float, float] | None, up: str | None
 ) -> Layout:
+    folder = root.path
     if not is_folder(folder):
         raise UserError(f"{show(folder)}: no such folder")
     for name in CAMERAS:
-        if (folder / name).is_file():
+        if (path := root.find(name)) is not None:
             if sphere is not None:
                 raise UserError(f"--sphere: {name} already has the ball around the object")
-            return find_in_sphere(folder, folder / name, camera_size, up)
+            return find_in_sphere(root, path, camera_size, up)
     ball = None if sphere is None else np.array(sphere)
     for name in TRANSFORMS:
-        if (folder / name).is_file():
+        if (path := root.find(name)) is not None:
             if camera_size is not None:
                 raise UserError(f"--camera-size: {name} already has the size of the photographs")
-            return find_in_transforms(folder, folder / name, ball, up)
-    if (sparse := sparse_model(folder)) is not None:
+            return find_in_transforms(root, path, ball, up)
+    if (sparse := sparse_model(root)) is not None:
         if camera_size is not None:
             raise UserError("--camera-size: COLMAP's cameras already have the size of the photographs")
-        return find_in_colmap(folder, sparse, ball, up)
+        return find_in_colmap(root, sparse, ball, up)
     raise UserError(f"{show(folder)}: no cameras; {CAMERAS[0]}, {TRANSFORMS[0]} or COLMAP's sparse/0 is needed")

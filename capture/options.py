@@ -10,6 +10,7 @@ from typing import Any
 from ..model.errors import UserError
 from ..model.options import Options, argument, declarations, option
 from ..model.orientation import UPRIGHT
+from ..model.references import follow_option
 from ..trainer.options import MOST_SECONDS, Numbers, text_of
 from ..trainer.settings import networks, omegas
 
@@ -118,6 +119,7 @@ class PhotoOptions(Options):
     seed: int = option(0, "seed of all random numbers", metavar="K", least=0, most=2**40)
     device: str = option("auto", "where to train; auto: a CUDA device if there is one", choices=("auto", "cpu", "cuda"))
     quiet: bool = option(False, "show no progress bar")
+    follow: bool = follow_option()
 
     def __post_init__(self) -> None:
         """Raise UserError for a bad value."""
@@ -174,7 +176,15 @@ class PhotoOptions(Options):
 
     def record(self) -> dict[str, Any]:
         """Return the settings as the model's provenance stores them, in JSON's types."""
-        names = declarations(PhotoOptions).keys() - {"levels", "omega", "steps", "sphere", "camera_size", "quiet"}
+        names = declarations(PhotoOptions).keys() - {
+            "levels",
+            "omega",
+            "steps",
+            "sphere",
+            "camera_size",
+            "quiet",
+            "follow",
+        }
         settings = {
             "levels": self.sizes,
             "omegas": self.omegas,

@@ -14,12 +14,15 @@ from ..model.errors import UserError
 from ..model.files import reason_of, regular, show
 from ..model.image_file import open_image
 from ..model.orientation import upright
+from ..model.references import Folder, UnresolvedError
 from .cloud import Doubles
 from .image_pixels import colors_of, mask_of, opaque
 from .intrinsics import Intrinsics
 from .photographs import Photograph
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".webp")
+Loaded = dict[tuple[Path, Path | None], tuple[NDArray[np.uint8], NDArray[np.bool_] | None]]
+"""Image and mask -> colors (H, W, 3) and mask (H, W)."""
 SMALLEST = 8  # shortest side of a photograph, pixels
 AGREED = 0.2
 """Least component, along an axis, of the mean of the photographs' up directions; otherwise the mean is useless."""
@@ -84,23 +87,43 @@ def up_of(files: Sequence[PhotographFile], default: str) -> str:
 
 
 def natural(name: str) -> list[tuple[int, str]]:
-    """Return the key that sorts names with their numbers as numbers: 2.png comes before 10.png."""
-    return [(int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", name.lower()) if part]
+    """Return the key that sorts names with their numbers, of any length, as numbers: 2.png comes before 10.png."""
+    parts = [part.lstrip("0") if part.isdecimal() else part for part in re.split(r"(\d+)", name.lower()) if part]
+    return [(len(part), part) if not part or part.isdecimal() else (-1, part) for part in parts]
 
 
-def pictures_in(folder: Path) -> list[Path]:
-    """List the pictures of a folder, by their numbers; hidden files are none."""
-    found = [path for path in folder.glob("*") if path.suffix.lower() in SUFFIXES and not path.name.startswith(".")]
+def pictures_in(root: Folder, name: str) -> list[Path]:
+    """List the pictures of a folder in `root`, by their numbers; hidden files are none. Raises UserError."""
+    listed = (root.path / name).glob("*")
+    names = [path for path in listed if path.suffix.lower() in SUFFIXES and not path.name.startswith(".")]
+    found = [root.file(path.relative_to(root.path)) for path in names]
     return sorted(found, key=lambda path: natural(path.name))
 
 
-def mask_beside(folder: Path, name: str) -> Path | None:
-    """Find the mask of a picture in masks/ or mask/: with its name, or with another ending, or with one more."""
+def named_file(root: Folder, names: Sequence[str], label: str) -> Path:
+    """Return the first file there is of those that a file of cameras may mean by a name, which is the last of `names`.
+
+    label: of the place that names it. Raises UserError.
+    """
+    try:
+        found = next(filter(None, map(root.find, names)), None)
+    except UnresolvedError as error:
+        raise UserError(f"{label}: {error}") from None
+    if found is None:
+        raise UserError(f"{label}: {show(names[-1][:80])}: no such file")
+    return found
+
+
+def mask_beside(root: Folder, name: str) -> Path | None:
+    """Find the mask of a picture in masks/ or mask/: with its name, or with another ending, or with one more.
+
+    Raises UserError for one that is elsewhere.
+    """
     for place in ("masks", "mask"):
-        path = folder / place / name
+        path = Path(place, name)
         for other in (path, *(path.with_suffix(suffix) for suffix in SUFFIXES), Path(f"{path}.png")):
-            if other.is_file():
-                return other
+            if (found := root.find(other)) is not None:
+                return found
     return None
 
 
@@ -150,8 +173,23 @@ def check_projection(matrix: Doubles, name: str) -> Doubles:
     return np.asarray(rows * np.sign(determinant))
 
 
-def load_photograph(file: PhotographFile, scale: float, to_model: Doubles) -> Photograph:
-    """Load a photograph, shrink it, and convert its camera to model space. Raises UserError."""
+def load_photograph(file: PhotographFile, scale: float, to_model: Doubles, loaded: Loaded) -> Photograph:
+    """Load a photograph, shrink it, and convert its camera to model space. Raises UserError.
+
+    loaded: what was loaded before at this scale, to which this is added: cameras may share an image.
+    """
+    key = file.image, file.mask
+    if key not in loaded:
+        loaded[key] = _pixels(file, scale)
+    colors, mask = loaded[key]
+    matrix = file.projection @ to_model
+    inverse: Doubles = np.linalg.inv(matrix[:, :3]).astype(np.float64)
+    pixels = np.diag([file.size[0] / colors.shape[1], file.size[1] / colors.shape[0], 1.0])
+    return Photograph(file.image.name, colors, mask, -inverse @ matrix[:, 3], np.asarray(inverse @ pixels))
+
+
+def _pixels(file: PhotographFile, scale: float) -> tuple[NDArray[np.uint8], NDArray[np.bool_] | None]:
+    """Return the colors (H, W, 3) of a photograph and its mask (H, W), shrunk. Raises UserError."""
     picture = open_image(file.image, "photograph")
     width, height = (max(1, round(side * scale)) for side in file.size)
     if min(width, height) < SMALLEST:
@@ -170,10 +208,7 @@ def load_photograph(file: PhotographFile, scale: float, to_model: Doubles) -> Ph
     if (width, height) != picture.size:
         shrunk = shrunk.resize((width, height), Image.Resampling.BOX)
         mask = None if mask is None else _shrunk(mask, (width, height))
-    matrix = file.projection @ to_model
-    inverse: Doubles = np.linalg.inv(matrix[:, :3]).astype(np.float64)
-    pixels = np.diag([file.size[0] / width, file.size[1] / height, 1.0])
-    return Photograph(file.image.name, colors_of(shrunk), mask, -inverse @ matrix[:, 3], np.asarray(inverse @ pixels))
+    return colors_of(shrunk), mask
 
 
 def _shrunk(mask: NDArray[np.bool_], size: tuple[int, int]) -> NDArray[np.bool_]:

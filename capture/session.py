@@ -19,7 +19,9 @@ def reconstruction(
     folder: Path, options: PhotoOptions, bar: TrainingBar, part: Part | None = None, began: float | None = None
 ) -> Reconstruction:
     """Load the photographs of a folder, and print warnings above the bar. part, began: of `Reconstruction`."""
-    found, warnings = read_photographs(folder, options.scale, options.picture_size, options.ball, options.up)
+    found, warnings = read_photographs(
+        folder, options.scale, options.picture_size, options.ball, options.up, follow=options.follow
+    )
     line, doubt = pairing_line(found)
     if not options.quiet:
         bar.say(line)

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from ..model.errors import UserError
-from ..model.files import regular, show
+from ..model.files import show
+from ..model.references import Folder
 from .cloud import Doubles
 from .intrinsics import same_shape
 from .photograph_files import Layout, PhotographFile, check_projection, natural, pictures_in, size_of, up_of
@@ -17,14 +18,15 @@ OFF_CENTER = 0.25
 """Largest distance of a principal point from the picture's center, as a share of its sides."""
 
 
-def find_in_sphere(folder: Path, cameras: Path, camera_size: tuple[int, int] | None, up: str | None) -> Layout:
-    """Find the photographs of a folder.
+def find_in_sphere(root: Folder, cameras: Path, camera_size: tuple[int, int] | None, up: str | None) -> Layout:
+    """Find the photographs of a folder, which is `root`.
 
     cameras: its world_mat_i project to pixels whose centers are integers, and its scale_mat_0 is the ball around the
     object. camera_size: width and height that the cameras describe; None: the photographs' size. up: axis of the
     cameras' space that points up; None: as in the photographs, or y. Raises UserError.
     """
-    images, masks = pictures_in(folder / "image"), pictures_in(folder / "mask")
+    folder = root.path
+    images, masks = pictures_in(root, "image"), pictures_in(root, "mask")
     if not images:
         raise UserError(f"{show(folder / 'image')}: no pictures in it")
     if masks and len(masks) != len(images):
@@ -88,7 +90,7 @@ def _resized(projection: Doubles, size: tuple[int, int], camera_size: tuple[int,
 def _matrices(path: Path) -> dict[str, Doubles]:
     """Read the matrices of an NPZ file. Raises UserError if it is damaged."""
     try:
-        with np.load(regular(path), allow_pickle=False) as file:
+        with np.load(path, allow_pickle=False) as file:
             small = {entry.filename.removesuffix(".npy") for entry in file.zip.infolist() if entry.file_size <= LARGEST}
             found: dict[str, Any] = {
                 key: file[key] for key in file.files if key.startswith(("world_mat_", "scale_mat_")) and key in small

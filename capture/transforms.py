@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from ..model.errors import UserError
-from ..model.files import regular, show
+from ..model.files import show
+from ..model.references import Folder
 from .cloud import Doubles
 from .intrinsics import UNFIT, Intrinsics, same_shape
 from .photograph_files import (
@@ -19,6 +20,7 @@ from .photograph_files import (
     ball_of,
     check_projection,
     mask_beside,
+    named_file,
     nearest_to_axes,
     reach_of,
     size_of,
@@ -36,8 +38,8 @@ DISTORTIONS = ("k1", "k2", "k3", "k4", "p1", "p2")
 STRAIGHT = 1e-4  # smaller distortions are ignored without a warning
 
 
-def find_in_transforms(folder: Path, path: Path, sphere: Doubles | None, up: str | None) -> Layout:
-    """Find the photographs of a transforms.json, which is `path`.
+def find_in_transforms(root: Folder, path: Path, sphere: Doubles | None, up: str | None) -> Layout:
+    """Find the photographs of a transforms.json, which is `path`, in a folder.
 
     Each frame has a file_path, a transform_matrix from its camera (which looks along -z, y up) to the cameras' space,
     and optionally a mask_path. fl_x, fl_y, cx, cy, w and h, or camera_angle_x, are in each frame or at the top.
@@ -52,7 +54,7 @@ def find_in_transforms(folder: Path, path: Path, sphere: Doubles | None, up: str
         label = f"{show(path)}, frame {i}"
         if not isinstance(frame, dict) or not isinstance(frame.get("file_path"), str):
             raise UserError(f"{label}: no file_path")
-        image = _picture(folder, frame["file_path"])
+        image = _picture(root, frame["file_path"], label)
         size = size_of(image)
         pose = _pose(frame, label) @ (OPENCV_AXES if turned else np.eye(4))
         values = {key: value for key, value in content.items() if key != "frames"} | frame
@@ -61,9 +63,8 @@ def find_in_transforms(folder: Path, path: Path, sphere: Doubles | None, up: str
             warnings.append(f"{label}: its lens distortion is ignored; undistort the pictures if it is large")
         intrinsics = np.array([[camera.fx, 0, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1.0]])
         projection = intrinsics @ (np.diag([1.0, -1.0, -1.0, 1.0]) @ np.linalg.inv(pose))[:3]
-        mask = folder / frame["mask_path"] if isinstance(frame.get("mask_path"), str) else None
-        if mask is None:
-            mask = mask_beside(folder, image.name)
+        masked = frame.get("mask_path")
+        mask = named_file(root, [masked], label) if isinstance(masked, str) else mask_beside(root, image.name)
         files.append(PhotographFile(image, mask, size, check_projection(projection, label)))
         eyes.append(pose[:3, 3])
         axes.append(-pose[:3, 2] / np.linalg.norm(pose[:3, 2]))
@@ -75,7 +76,7 @@ def find_in_transforms(folder: Path, path: Path, sphere: Doubles | None, up: str
 
 def _read(path: Path) -> dict[str, Any]:
     try:
-        content = json.loads(regular(path).read_text(encoding="utf-8-sig"))
+        content = json.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError, RecursionError):
         raise UserError(f"{show(path)}: not readable JSON") from None
     if not isinstance(content, dict) or not isinstance(content.get("frames"), list):
@@ -83,12 +84,10 @@ def _read(path: Path) -> dict[str, Any]:
     return content
 
 
-def _picture(folder: Path, name: str) -> Path:
-    """Return the path of a picture, whose ending may be missing in the file."""
-    path = folder / name
-    if path.suffix.lower() not in SUFFIXES:
-        path = next((other for suffix in SUFFIXES if (other := Path(f"{path}{suffix}")).is_file()), path)
-    return path
+def _picture(root: Folder, name: str, label: str) -> Path:
+    """Return the path of a picture, whose ending may be missing in the file. Raises UserError."""
+    endings = () if Path(name).suffix.lower() in SUFFIXES else SUFFIXES
+    return named_file(root, [*(name + ending for ending in endings), name], label)
 
 
 def _pose(frame: Mapping[str, Any], label: str) -> Doubles:
@@ -97,7 +96,7 @@ def _pose(frame: Mapping[str, Any], label: str) -> Doubles:
         raise UserError(f"{label}: no camera; transform_matrix is missing")
     try:
         pose = np.array(frame["transform_matrix"], np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         pose = np.empty(0)
     if pose.shape == (3, 4):
         pose = np.concatenate((pose, [[0.0, 0.0, 0.0, 1.0]]))

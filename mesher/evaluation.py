@@ -53,13 +53,13 @@ def evaluate(model: Model | Path, shape: Path, options: EvalOptions) -> Evaluati
         if isinstance(model, Path):
             if flags := options.changed("resolution", "level", "time"):
                 raise UserError(f"{flags}: {show(model)} is a mesh already; leave the option out")
-            truth, ours = read_mesh(shape), read_mesh(model)
+            truth, ours = (read_mesh(path, follow=options.follow) for path in (shape, model))
             space = normalization(truth)
             reconstruction, true = in_model_space(ours, *space), in_model_space(truth, *space)
         else:
             model = up_to(model, options.level)
             time = chosen_time(options.time, model)
-            truth = read_mesh(shape)
+            truth = read_mesh(shape, follow=options.follow)
             reconstruction, extraction = _extracted(model, options.resolution or RESOLUTION, bar, time)
             true = in_model_space(truth, *place_at(model, time))
             thickness = _thickness(model)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from ..model.options import Options, option
+from ..model.references import follow_option
 
 RESOLUTION = 512
 """Default number of cells along each side of the grid, as in the paper."""
@@ -50,3 +51,4 @@ class EvalOptions(Options):
     seed: int = option(0, "seed of the samples", metavar="K", least=0)
     quiet: bool = option(False, "show no progress bar")
     time: float | None = option(None, TIME, metavar="T", least=0, most=1)
+    follow: bool = follow_option()

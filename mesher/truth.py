@@ -17,12 +17,12 @@ FARTHEST = 100.0
 """Largest coordinate in model space of a mesh that may be the same shape."""
 
 
-def read_mesh(path: Path) -> trimesh.Trimesh:
+def read_mesh(path: Path, *, follow: bool = False) -> trimesh.Trimesh:
     """Read a PLY, OBJ, STL or GLB file as a surface: merge coincident vertices, and orient the faces outwards.
 
-    Raises UserError if the file holds no surface.
+    follow: whether the file may name files outside of its folder. Raises UserError if the file holds no surface.
     """
-    mesh = load_mesh(path, "; a comparison needs two surfaces")
+    mesh = load_mesh(path, "; a comparison needs two surfaces", follow=follow)
     mesh.remove_unreferenced_vertices()
     largest = float(np.abs(mesh.vertices).max())
     # Merge vertices that differ by less than 1e-8 of the shape's size.

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from .errors import UserError
 from .files import reason_of, regular, show
 from .kinds import MARK
-from .memory import check_memory
+from .memory import check_claim, check_memory
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 BYTES = 24
 """Memory that a pixel of an image takes, as bytes and as converted copies."""
+PROPORTION = 500
+"""Bytes of memory for each byte of a file that need no check: photographs of few colors are that small."""
 
 
 def open_image(path: Path, option: str) -> "Image":
@@ -26,7 +28,9 @@ def open_image(path: Path, option: str) -> "Image":
 
     try:
         image = Image.open(regular(path))
-        check_memory(BYTES * image.width * image.height, f"{option} {show(path)}", "shrink it")
+        needed = BYTES * image.width * image.height
+        check_claim(needed - PROPORTION * path.stat().st_size, f"{option} {show(path)}")
+        check_memory(needed, f"{option} {show(path)}", "shrink it")
         image.load()
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
         raise UserError(f"{option} {show(path)}: {reason_of(error, 'not a readable image')}") from None

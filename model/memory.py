@@ -29,8 +29,8 @@ def check_claim(needed: float, what: str, size: int = 0) -> None:
     """
     if needed > allowed(size):
         raise UserError(
-            f"it says that it has {what}, which take {needed / 1e9:.3g} GB of memory; {allowed(size) / 1e9:.2g} GB are "
-            "allowed for its size; if it is not damaged, split it"
+            f"{what} would take {needed / 1e9:.3g} GB of memory; {allowed(size) / 1e9:.2g} GB are allowed for a file "
+            "of its size; if it is not damaged, split it"
         )
 
 

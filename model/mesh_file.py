@@ -4,9 +4,12 @@ import json
 import os
 import re
 import urllib.parse
+from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 
 from .files import regular
+from .references import Folder, UnresolvedError
 
 SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".gltf", ".off", ".3mf")
 """Suffixes of mesh files, in lower case."""
@@ -16,20 +19,33 @@ LARGEST_JSON = 1 << 26
 """Largest length in bytes of a glTF that is searched."""
 
 
-def mesh_files(path: Path) -> list[Path]:
-    """List the files that a reader of a mesh reads: the mesh, the materials of an OBJ, their images, a glTF's data."""
-    files, suffix = [path], path.suffix.lower()
+def mesh_files(path: Path, follow: bool = False) -> list[Path]:
+    """List the files that a reader of a mesh reads: the mesh, the materials of an OBJ, their images, a glTF's data.
+
+    follow: of `Folder`: whether those elsewhere are read, too.
+    """
+    folder, suffix = Folder(path.parent, follow), path.suffix.lower()
+    named: list[Path] = []
     if suffix == ".obj":
-        files += (library := _named(path, rb"mtllib"))
-        files += [image for material in library for image in _named(material, rb"map_\w+")]
+        named += (library := _named(path, rb"mtllib", folder))
+        named += [image for material in library for image in _named(material, rb"map_\w+", folder)]
     elif suffix == ".ply":
-        files += _named(path, rb"comment[ \t]+TextureFile", LONGEST_HEADER)
+        named += _named(path, rb"comment[ \t]+TextureFile", folder, LONGEST_HEADER)
     elif suffix == ".gltf":
-        files += _resources(path)
-    return files
+        named += _resources(path, folder)
+    return [path, *dict.fromkeys(named)]
 
 
-def _named(path: Path, keyword: bytes, length: int = -1) -> list[Path]:
+def _there(folder: Folder, names: Iterable[str]) -> list[Path]:
+    """List the files of names, each once; none of those that are not read."""
+    found: dict[Path, None] = {}
+    for name in dict.fromkeys(names):
+        with suppress(UnresolvedError):
+            found[folder.file(name)] = None
+    return [*found]
+
+
+def _named(path: Path, keyword: bytes, folder: Folder, length: int = -1) -> list[Path]:
     """List the files that lines with a keyword name, in the first `length` bytes.
 
     Options before a name are skipped. A name with backslashes, or of another folder, may also be beside the file.
@@ -41,15 +57,11 @@ def _named(path: Path, keyword: bytes, length: int = -1) -> list[Path]:
         return []
     values = re.findall(rb"^[ \t]*" + keyword + rb"[ \t]+(\S[^\r\n]*)", content, re.MULTILINE)
     names = [value.split()[-1] if value.startswith(b"-") else value.rstrip() for value in values]
-    found: list[Path] = []
-    for name in (os.fsdecode(name) for name in names if b"\0" not in name):
-        parts = [part for part in re.split(r"[\\/]+", name) if part not in ("", ".")]
-        places = [path.parent / name, path.parent.joinpath(*parts), path.parent / (parts[-1] if parts else name)]
-        found += dict.fromkeys(places)
-    return found
+    texts = [os.fsdecode(name) for name in names]
+    return _there(folder, [each for text in texts for each in (text, re.split(r"[\\/]", text)[-1])])
 
 
-def _resources(path: Path) -> list[Path]:
+def _resources(path: Path, folder: Folder) -> list[Path]:
     """List the buffers and images beside a glTF."""
     try:
         if path.stat().st_size > LARGEST_JSON:
@@ -59,4 +71,4 @@ def _resources(path: Path) -> list[Path]:
         names = [entry["uri"] for entry in entries if isinstance(entry.get("uri"), str)]
     except (OSError, ValueError, AttributeError, TypeError, KeyError, RecursionError):
         return []
-    return [path.parent / urllib.parse.unquote(name) for name in names if ":" not in name and "\0" not in name]
+    return _there(folder, [urllib.parse.unquote(name) for name in names if not name.startswith("data:")])

@@ -19,6 +19,8 @@ LARGEST = {"i1": 127.0, "u1": 255.0, "i2": 32767.0, "u2": 65535.0, "u4": 4294967
 """Type -> the number that stands for 1 in a normalized accessor."""
 MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 MOST = 1 << 28  # most numbers of an accessor
+ARRAYS = 32
+"""Bytes that a number of an accessor takes: as a double, and in copies of the mesh."""
 
 
 def accessor(gltf: Gltf, index: object) -> NDArray[Any]:
@@ -31,6 +33,7 @@ def accessor(gltf: Gltf, index: object) -> NDArray[Any]:
         raise UserError(f"{DAMAGED} (accessor {show(str(index))[:20]} has no known type)") from None
     if count < 0 or offset < 0 or count * width > MOST:
         raise UserError(f"{DAMAGED} (accessor {index} has {count} items)")
+    gltf.claims.take(ARRAYS * count * width, "its arrays")
     if "bufferView" in described:
         values = _view_items(gltf, described["bufferView"], offset, kind, width, count)
     else:
@@ -87,6 +90,7 @@ def _slice(gltf: Gltf, described: dict[str, Any]) -> bytes:
         raise UserError(f"{DAMAGED} (a view of a buffer has no length)") from None
     if start < 0 or length < 0 or start + length > len(buffer):
         raise UserError(f"{DAMAGED} (it is cut off: a view ends after its buffer)")
+    gltf.claims.take(length, "its views of buffers")
     return buffer[start : start + length]
 
 

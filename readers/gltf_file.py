@@ -12,7 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from ..model.errors import UserError
-from ..model.files import regular, show
+from ..model.files import show
+from ..model.references import MISSING, Folder, UnresolvedError
+from .claims import Claims
 
 DAMAGED = "not a readable glTF file"
 READ = {
@@ -31,10 +33,13 @@ class Gltf:
     """An open file: its JSON, and where its bytes are."""
 
     document: dict[str, Any]
-    folder: Path
+    folder: Folder
     binary: bytes | None
     """The chunk of a GLB."""
+    claims: Claims
     buffers: dict[int, bytes] = field(default_factory=dict)
+    files: dict[str, bytes] = field(default_factory=dict)
+    """URI -> bytes of the file, read once."""
     views: dict[int, bytes] = field(default_factory=dict)
 
     def items(self, key: str) -> list[Any]:
@@ -59,26 +64,31 @@ class Gltf:
             if uri is None and index == 0 and self.binary is not None:
                 self.buffers[index] = self.binary
             elif isinstance(uri, str):
-                self.buffers[index] = self.resource(uri)
+                try:
+                    self.buffers[index] = self.resource(uri)
+                except UnresolvedError as error:
+                    gone = f"its file {error.name} is not there; keep it beside the glTF"
+                    raise UserError(gone if error.why == MISSING else f"its file {error}") from None
             else:
                 raise UserError(f"{DAMAGED} (buffer {index} has no data)")
         return self.buffers[index]
 
     def resource(self, uri: str) -> bytes:
-        """Return the bytes of a URI: data inside, or a file beside the glTF. Raises UserError."""
+        """Return the bytes of a URI: data inside, or a file below the glTF's folder. Raises UserError."""
         if uri.startswith("data:"):
             header, _, text = uri.partition(",")
             try:
                 return base64.b64decode(text) if header.endswith(";base64") else urllib.parse.unquote_to_bytes(text)
             except (binascii.Error, ValueError):
                 raise UserError(f"{DAMAGED} (data that is not base64)") from None
-        if "://" in uri:
-            raise UserError(f"its data is on the network ({show(uri)[:60]}); download it beside the file")
-        path = self.folder / urllib.parse.unquote(uri)
-        try:
-            return regular(path).read_bytes()
-        except (OSError, ValueError):
-            raise UserError(f"its file {show(uri)[:80]} is not there; keep it beside the glTF") from None
+        if uri not in self.files:
+            path = self.folder.file(urllib.parse.unquote(uri))
+            try:
+                self.files[uri] = path.read_bytes()
+            except OSError:
+                raise UnresolvedError(uri, MISSING) from None
+            self.claims.at_hand += len(self.files[uri])
+        return self.files[uri]
 
 
 def extension(item: Mapping[str, Any], name: str) -> dict[str, Any] | None:
@@ -97,8 +107,11 @@ def needing(name: str) -> Iterator[None]:
         raise ModuleNotFoundError(name, name=error.name) from None
 
 
-def open_gltf(path: Path) -> Gltf:
-    """Open a GLB or a glTF file. Raises UserError, and names a required extension that is not known."""
+def open_gltf(path: Path, follow: bool = False) -> Gltf:
+    """Open a GLB or a glTF file. Raises UserError, and names a required extension that is not known.
+
+    follow: of `Folder`, for buffers and images.
+    """
     data = path.read_bytes()
     text, binary = _chunks(data) if data[:4] == b"glTF" else (data, None)
     try:
@@ -114,7 +127,7 @@ def open_gltf(path: Path) -> Gltf:
     for name in document.get("extensionsRequired", []):
         if name not in READ and not str(name).startswith(HARMLESS):
             raise UserError(f"it requires the extension {show(str(name))[:60]}, which this program does not know")
-    return Gltf(document, path.parent, binary)
+    return Gltf(document, Folder(path.parent, follow), binary, Claims(len(data)))
 
 
 def _chunks(data: bytes) -> tuple[bytes, bytes | None]:

@@ -8,9 +8,10 @@ import numpy as np
 
 from ..model.errors import UserError
 from ..model.files import show
+from ..model.references import MISSING, UnresolvedError
 from .gltf_accessors import view_bytes
 from .gltf_file import Gltf, extension
-from .images import decoded
+from .images import Images
 from .paint import Material, Picture
 from .values import Doubles
 
@@ -46,7 +47,8 @@ class Materials:
         """gltf: an open file."""
         self._gltf = gltf
         self._painted: dict[int, Painted] = {}
-        self._pictures: dict[tuple[int, tuple[str, str]], Picture | str] = {}
+        self._images = Images(gltf.claims)
+        self._pictures: dict[int, Picture | str] = {}
 
     def painted(self, index: object) -> Painted:
         """Return the color of a material; white for none. Raises UserError."""
@@ -86,29 +88,29 @@ class Materials:
         for source in sources:
             if not isinstance(source, int):
                 continue
-            key = source, wraps
-            if key not in self._pictures:
-                self._pictures[key] = self._image(source, wraps)
-            found = self._pictures[key]
+            if source not in self._pictures:
+                self._pictures[source] = self._image(source)
+            found = self._pictures[source]
             if isinstance(found, Picture):
-                return found
+                return Picture(found.pixels, wraps)
             reason = found
         return reason
 
-    def _image(self, index: int, wraps: tuple[str, str]) -> Picture | str:
+    def _image(self, index: int) -> Picture | str:
         described = self._gltf.item("images", index)
         uri = described.get("uri")
-        name = show(
-            str(described.get("name") or (uri if isinstance(uri, str) and len(uri) < 200 else f"image {index}"))
-        )
+        inside = not isinstance(uri, str) or uri.startswith("data:")
+        name = show(str(described.get("name") or (f"image {index}" if inside else uri)))[:80]
         try:
-            data = self._gltf.resource(uri) if isinstance(uri, str) else view_bytes(self._gltf, described["bufferView"])
+            data = view_bytes(self._gltf, described["bufferView"]) if uri is None else self._gltf.resource(str(uri))
+        except UnresolvedError as error:
+            return f"{error}"
         except (UserError, KeyError):
-            return f"{show(name[:80])}: not found beside the file"
+            return f"{name}: {MISSING}"
         if data.startswith(KTX2):
-            return f"{show(name[:80])}: a KTX2 image (KHR_texture_basisu), which is not read; store PNG or JPEG"
-        picture = decoded(data)
-        return f"{show(name[:80])}: not a readable image" if picture is None else Picture(picture.pixels, wraps)
+            return f"{name}: a KTX2 image (KHR_texture_basisu), which is not read; store PNG or JPEG"
+        picture = self._images.decoded(data)
+        return f"{name}: not a readable image" if picture is None else picture
 
 
 def _factor(factor: object) -> tuple[float, float, float]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from .values import Doubles
 
 DEEPEST = 1000  # levels of nodes
 MOST_PLACES = 100_000  # instances of all meshes
+MATRIX = 500  # bytes of a joint's matrix, while it is made
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +33,7 @@ class Placed:
 def placed_meshes(gltf: Gltf) -> list[Placed]:
     """List the meshes of the scene, with all instances. Raises UserError."""
     world = _world(gltf)
+    skins = _Skins(gltf, world)
     found: list[Placed] = []
     for index, matrix in world.items():
         node = gltf.item("nodes", index)
@@ -38,9 +41,7 @@ def placed_meshes(gltf: Gltf) -> list[Placed]:
             continue
         weights = node.get("weights")
         morph = tuple(map(float, weights)) if isinstance(weights, list) else None
-        joints = None
-        if "skin" in node:
-            joints = _joints(gltf, node["skin"], _all_nodes(gltf, world))
+        joints = skins.joints(node["skin"]) if "skin" in node else None
         for instance in _instances(gltf, node):
             found.append(Placed(mesh, matrix @ instance, joints, morph))
             if len(found) > MOST_PLACES:
@@ -143,16 +144,35 @@ def _instances(gltf: Gltf, node: Mapping[str, Any]) -> Iterator[Doubles]:
     )
 
 
-def _joints(gltf: Gltf, skin: object, world: Mapping[int, Doubles]) -> Doubles:
-    """Return the matrices (J, 4, 4) of a skin's joints, from the mesh to the scene. Raises UserError."""
-    described = gltf.item("skins", skin)
-    joints = described.get("joints", [])
-    if not joints or any(joint not in world for joint in joints):
-        raise UserError(f"{DAMAGED} (a skin has joints that do not exist)")
-    places = np.stack([world[joint] for joint in joints])
-    if "inverseBindMatrices" not in described:
-        return places
-    inverse = doubles(gltf, described["inverseBindMatrices"], 16).reshape(-1, 4, 4).transpose(0, 2, 1)
-    if len(inverse) < len(places):
-        raise UserError(f"{DAMAGED} (a skin has fewer matrices than joints)")
-    return np.asarray(places @ inverse[: len(places)])
+class _Skins:
+    """The skins of a file, each read once."""
+
+    def __init__(self, gltf: Gltf, world: Mapping[int, Doubles]) -> None:
+        """world: of `_world`."""
+        self._gltf, self._world = gltf, world
+        self._found: dict[int, Doubles] = {}
+
+    @cached_property
+    def _nodes(self) -> dict[int, Doubles]:
+        return _all_nodes(self._gltf, self._world)
+
+    def joints(self, skin: object) -> Doubles:
+        """Return the matrices (J, 4, 4) of a skin's joints, from the mesh to the scene. Raises UserError."""
+        described = self._gltf.item("skins", skin)
+        assert isinstance(skin, int)
+        if skin not in self._found:
+            self._found[skin] = self._read(described)
+        return self._found[skin]
+
+    def _read(self, described: Mapping[str, Any]) -> Doubles:
+        joints = described.get("joints", [])
+        if not joints or any(joint not in self._nodes for joint in joints):
+            raise UserError(f"{DAMAGED} (a skin has joints that do not exist)")
+        self._gltf.claims.take(MATRIX * len(joints), "the joints of its skins")
+        places = np.stack([self._nodes[joint] for joint in joints])
+        if "inverseBindMatrices" not in described:
+            return places
+        inverse = doubles(self._gltf, described["inverseBindMatrices"], 16).reshape(-1, 4, 4).transpose(0, 2, 1)
+        if len(inverse) < len(places):
+            raise UserError(f"{DAMAGED} (a skin has fewer matrices than joints)")
+        return np.asarray(places @ inverse[: len(places)])

@@ -1,21 +1,27 @@
-"""Finds and loads the images of materials."""
+"""Loads the images of materials: each once, as large as its bytes and the budget allow."""
 
+import hashlib
 import io
-import re
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 from PIL import Image
 
 from ..model.errors import UserError
-from ..model.files import regular, show
+from ..model.files import show
 from ..model.image_file import open_image
+from ..model.references import MISSING, UnresolvedError
+from .claims import Claims
+from .named_files import NamedFiles
 from .paint import Picture
 
 Image.MAX_IMAGE_PIXELS = 2**30
 """Pillow's limit against decompression bombs; textures of 32,768 pixels a side are legitimate."""
 UNREADABLE = (OSError, ValueError, SyntaxError, Image.DecompressionBombError)
+KEPT, DECODING = 3, 12
+"""Bytes of a pixel: as it stays, and of what there is besides while it is decoded and converted."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +30,7 @@ class Missing:
 
     name: str
     """Name that was looked for; "" if the file names none."""
-    why: str = "not found beside the file"
+    why: str = MISSING
 
     def line(self) -> str:
         """Return the warning."""
@@ -32,50 +38,54 @@ class Missing:
         return f"texture coordinates, but no readable image{named}; name it with --texture FILE"
 
 
-def find(folder: Path, name: str) -> Path | None:
-    """Find the file that a material names: at its path, or by its last part beside the file, in any case."""
-    if not name or "\0" in name:
-        return None
-    parts = [part for part in re.split(r"[\\/]+", name) if part not in ("", ".")]
-    if not parts:
-        return None
-    try:
-        for path in (folder.joinpath(*parts), Path(name), folder / parts[-1]):
-            if path.is_file():
-                return path
-        for place in (folder.joinpath(*parts[:-1]), folder):
-            if place.is_dir():
-                wanted = parts[-1].lower()
-                found = sorted(path for path in place.iterdir() if path.name.lower() == wanted and path.is_file())
-                if found:
-                    return found[0]
-    except (OSError, ValueError):
-        pass
-    return None
+def users_picture(image: Path, *, unwrapped: bool) -> Picture:
+    """Load the image that the user names. Raises UserError where the mesh is not `unwrapped`, and as `picture_of`."""
+    if not unwrapped:
+        raise UserError(f"--texture {show(image)}: the mesh has no texture coordinates")
+    return picture_of(open_image(image, "--texture"))
 
 
-def load_picture(folder: Path, name: str, image: Path | None, *, unwrapped: bool = True) -> Picture | None:
-    """Load the image that the user names, or else the one that a file names; None if that is not readable.
+class Images:
+    """The images of one file. What is not readable is not looked at twice, either."""
 
-    Raises UserError where the user's image cannot be used, for a mesh without texture coordinates (not `unwrapped`),
-    and for 16-bit gray and floats, which Pillow would clip to white or black.
-    """
-    if image is not None:
-        if not unwrapped:
-            raise UserError(f"--texture {show(image)}: the mesh has no texture coordinates")
-        return picture_of(open_image(image, "--texture"))
-    path = find(folder, name)
-    return None if path is None else decoded(path)
+    def __init__(self, claims: Claims) -> None:
+        """claims: of the file."""
+        self._claims = claims
+        self._pixels: dict[Path | bytes, NDArray[np.uint8] | None] = {}
 
+    def named(self, files: NamedFiles, name: str) -> Picture:
+        """Load the image that a material names. Raises UnresolvedError, and UserError as `picture_of` does."""
+        path = files.file(name)
+        if path not in self._pixels:
+            try:
+                data = path.read_bytes()
+            except OSError:
+                raise UnresolvedError(name, MISSING) from None
+            self._claims.at_hand += len(data)
+            picture = self.decoded(data)
+            self._pixels[path] = None if picture is None else picture.pixels
+        if (pixels := self._pixels[path]) is None:
+            raise UnresolvedError(name, "not a readable image")
+        return Picture(pixels)
 
-def decoded(source: Path | bytes) -> Picture | None:
-    """Decode an image; None if it is not readable. Raises UserError as `load_picture` does."""
-    try:
-        with Image.open(io.BytesIO(source) if isinstance(source, bytes) else regular(source)) as opened:
-            opened.load()
-            return picture_of(opened)
-    except UNREADABLE:
-        return None
+    def decoded(self, data: bytes) -> Picture | None:
+        """Decode an image; None if it is not readable. Raises UserError as `picture_of`, and where it is too large."""
+        key = hashlib.sha256(data).digest()
+        if key not in self._pixels:
+            self._pixels[key] = self._decode(data)
+        pixels = self._pixels[key]
+        return None if pixels is None else Picture(pixels)
+
+    def _decode(self, data: bytes) -> NDArray[np.uint8] | None:
+        try:
+            with Image.open(io.BytesIO(data)) as opened:
+                width, height = opened.size
+                size = width * height
+                self._claims.take(KEPT * size, f"an image of {width:,} x {height:,} pixels", DECODING * size)
+                opened.load()
+                return picture_of(opened).pixels
+        except UNREADABLE:
+            return None
 
 
 def picture_of(image: Image.Image) -> Picture:

@@ -2,12 +2,12 @@
 
 import re
 import shlex
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..model.files import regular
-from .images import find
+from ..model.references import UnresolvedError
+from .named_files import NamedFiles
 
 NUMBERS = {"-s": 3, "-o": 3, "-t": 3, "-mm": 2, "-bm": 1, "-boost": 1, "-texres": 1}
 """Option of an image -> the most numbers after it."""
@@ -39,26 +39,36 @@ class ObjMaterial:
 
 def lines_of(path: Path) -> Iterator[tuple[str, str]]:
     """Yield the keyword, in lower case, and the rest of each line; a backslash at its end continues a line."""
-    text = regular(path).read_bytes().decode("utf-8-sig", errors="surrogateescape")
+    text = path.read_bytes().decode("utf-8-sig", errors="surrogateescape")
     for line in re.sub(r"\\[ \t]*(\r\n|\r|\n)", " ", text).splitlines():
         words = line.strip().split(None, 1)
         if words and not words[0].startswith("#"):
             yield words[0].lower(), words[1].strip() if len(words) > 1 else ""
 
 
-def read_materials(folder: Path, libraries: list[str]) -> tuple[dict[str, ObjMaterial], list[str]]:
-    """Read the materials of MTL files, by name. Returns them, and the names of files that are not there.
+def read_materials(files: NamedFiles, libraries: Iterable[str]) -> tuple[dict[str, ObjMaterial], list[UnresolvedError]]:
+    """Read the materials of MTL files, by name. Returns them, and why files are not read.
 
     libraries: what the lines `mtllib` of the OBJ have: one file whose name may have spaces, or several.
     """
     materials: dict[str, ObjMaterial] = {}
-    missing = []
-    for library in libraries:
-        whole = find(folder, library)
-        paths = {library: whole} if whole or len(library.split()) < 2 else {n: find(folder, n) for n in library.split()}
-        missing += [name for name, path in paths.items() if path is None]
-        for path in filter(None, paths.values()):
-            _read(path, materials)
+    missing, paths = list[UnresolvedError](), list[Path]()
+    for library in dict.fromkeys(libraries):
+        names = library.split()
+        try:
+            paths.append(files.file(library))
+            continue
+        except UnresolvedError as error:
+            if len(names) < 2:
+                missing.append(error)
+                continue
+        for name in names:
+            try:
+                paths.append(files.file(name))
+            except UnresolvedError as error:
+                missing.append(error)
+    for path in dict.fromkeys(paths):
+        _read(path, materials)
     return materials, missing
 
 

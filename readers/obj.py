@@ -1,29 +1,25 @@
 """Reads OBJ files: polygons with texture coordinates, normals, materials and colors of vertices; or points alone."""
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..model.errors import UserError
-from ..model.files import show
-from ..model.srgb import to_linear
+from ..model.references import Folder
 from .clouds import EMPTY, finite_cloud
 from .columns import untyped_colors
 from .content import Cloud, Facts, Mesh
-from .images import Missing, load_picture
-from .mtl import ObjMaterial, read_materials
-from .paint import Material, Paint, Picture
+from .obj_paint import obj_paint
 from .polygons import triangulated
 from .text_numbers import numbers
 from .values import CornerValues, Doubles, Integers
 
-PLACEHOLDERS = ((1.0, 1.0, 1.0), (0.8, 0.8, 0.8), (0.4, 0.4, 0.4), (0.0, 0.0, 0.0))
-"""Colors that programs write where nobody chose one; alone they are no color of the shape."""
+MOST_COLUMNS = 8  # numbers of a line that are read, where lines differ: x y z, a weight, and a color
 NONE = -1  # a corner without texture coordinates or normal
 
 
@@ -43,8 +39,11 @@ class Lines:
     groups: set[str] = field(default_factory=set)
 
 
-def read_obj(path: Path, image: Path | None, chosen: Sequence[str] | None = None) -> Mesh | Cloud:
-    """Read an OBJ file; without faces, its vertices are a cloud. image: replaces the materials'. Raises UserError."""
+def read_obj(path: Path, image: Path | None, chosen: Sequence[str] | None = None, follow: bool = False) -> Mesh | Cloud:
+    """Read an OBJ file; without faces, its vertices are a cloud. Raises UserError.
+
+    image: replaces the materials'. follow: of `Folder`, for the names of materials and images.
+    """
     lines = _sorted(path)
     vertices = _numbers(lines.vertices, "v")
     if not len(vertices):
@@ -68,8 +67,10 @@ def read_obj(path: Path, image: Path | None, chosen: Sequence[str] | None = None
         raise UserError("texture coordinates are not finite (NaN or infinity); repair the file, or --texture none")
     facts.unwrapped = uv is not None
     painted = None if colors is None else CornerValues(colors, index[:, :, 0])
-    used = _materials_of(lines, owners)
-    paint = _paint(path, lines, used, uv, has_uv.all(axis=1), painted, image, facts)
+    names, material = _materials_of(lines, owners)
+    paint = obj_paint(
+        Folder(path.parent, follow), lines.libraries, names, material, uv, has_uv.all(axis=1), painted, image, facts
+    )
     given = None
     if len(normals) and normals.shape[1] == 3 and (index[:, :, 2] != NONE).all():
         given = CornerValues(normals, index[:, :, 2])
@@ -131,9 +132,9 @@ def _numbers(lines: list[str], keyword: str) -> Doubles:
     except ValueError:
         raise UserError(f"not a readable OBJ file (a line {keyword} has a word in place of a number)") from None
     widths = [len(row) for row in rows]
-    width = max(set(widths), key=widths.count)
+    width = min(Counter(widths).most_common(1)[0][0], MOST_COLUMNS)
     if keyword == "v" and max(widths) >= 6:
-        width = max(widths)
+        width = min(max(widths), MOST_COLUMNS)
     return np.array([(row + [0.0] * (3 - len(row)) + [np.nan] * width)[:width] for row in rows], np.float64)
 
 
@@ -167,95 +168,7 @@ def _corners(lines: Lines, vertices: int) -> tuple[Integers, Integers]:
 def _materials_of(lines: Lines, owners: Integers) -> tuple[list[str], NDArray[np.int64]]:
     """Return the names of the materials, "" for none, and the index (F,) of each triangle's."""
     names = list(dict.fromkeys(["", *(name for _, name in lines.materials)]))
+    places = {name: place for place, name in enumerate(names)}
     starts = np.array([0, *(start for start, _ in lines.materials)], np.int64)
-    of_start = np.array([0, *(names.index(name) for _, name in lines.materials)], np.int64)
+    of_start = np.array([0, *(places[name] for _, name in lines.materials)], np.int64)
     return names, of_start[np.searchsorted(starts, owners, side="right") - 1]
-
-
-def _paint(
-    path: Path,
-    lines: Lines,
-    used: tuple[list[str], NDArray[np.int64]],
-    uv: CornerValues | None,
-    has_uv: NDArray[np.bool_],
-    painted: CornerValues | None,
-    image: Path | None,
-    facts: Facts,
-) -> Paint | None:
-    """Return the colors: of images, else of vertices, else of materials.
-
-    has_uv: (F,), whether all corners have texture coordinates. painted: the colors of vertices.
-    """
-    names, material = used
-    if image is not None:
-        picture = load_picture(path.parent, "", image, unwrapped=uv is not None)
-        return Paint((Material(picture),), np.zeros(len(material), np.int64), uv)
-    library, missing = read_materials(path.parent, lines.libraries)
-    present: list[int] = np.unique(material).tolist()
-    own: dict[int, ObjMaterial] = {index: library.get(names[index], ObjMaterial()) for index in present}
-    pictures: dict[int, Picture] = {}
-    lost: list[Missing] = [Missing(name) for name in missing]
-    if uv is not None:
-        alone = next(iter(library.values())) if len(library) == 1 else None
-        for index in present:
-            # Without `usemtl`, or by a name in another encoding, the only material is meant.
-            own[index] = own[index] if names[index] in library else alone or own[index]
-            if (named := own[index].image) is not None:
-                picture = load_picture(path.parent, named.name, None)
-                if picture is None:
-                    lost.append(Missing(named.name))
-                else:
-                    pictures[index] = Picture(picture.pixels, ("clamp", "clamp") if named.clamped else picture.wraps)
-    colors = {index: own[index].color for index in present}
-    gone = [names[index] for index in present if names[index] and names[index] not in library and not own[index].image]
-    if library and gone and len(gone) < len(present):
-        facts.warnings.append(f"materials that are not there, and are gray: {', '.join(map(show, gone[:8]))}")
-    if not pictures:
-        if painted is not None:
-            return Paint((Material(),), np.zeros(len(material), np.int64), colors=painted)
-        if uv is not None and (lost or all(color in (None, *PLACEHOLDERS) for color in colors.values())):
-            facts.warnings.append((lost[0] if lost else Missing("")).line())
-            return None
-        if missing:
-            facts.warnings.append(f"its materials are not there: {', '.join(map(show, missing))}")
-        if all(color in (None, *PLACEHOLDERS) for color in colors.values()):
-            return None
-    elif lost:
-        facts.warnings.append(f"an image was not found beside the file: {', '.join(show(each.name) for each in lost)}")
-    gray = (0.5, 0.5, 0.5)
-    materials = tuple(
-        Material(pictures[index]) if index in pictures else Material(None, _linear(colors.get(index) or gray))
-        for index in range(len(names))
-    )
-    if not pictures:
-        return Paint(materials, material)
-    bare = ~has_uv & np.isin(material, list(pictures))
-    if bare.any():
-        facts.warnings.append(f"{np.count_nonzero(bare):,} triangles without texture coordinates have the mean color")
-        mean = np.mean([picture.pixels.mean(axis=(0, 1)) for picture in pictures.values()], axis=0) / 255
-        materials = (*materials, Material(None, _linear(mean.tolist())))
-        material = np.where(bare, len(materials) - 1, material)
-    return Paint(materials, material, _transformed(uv, own, material))
-
-
-def _linear(color: Sequence[float]) -> tuple[float, float, float]:
-    red, green, blue = (float(value) for value in to_linear(np.array(color, np.float64)))
-    return red, green, blue
-
-
-def _transformed(
-    uv: CornerValues | None, own: dict[int, ObjMaterial], material: NDArray[np.int64]
-) -> CornerValues | None:
-    """Scale and move texture coordinates, as the options -s and -o of the materials' images say."""
-    moved: dict[int, Any] = {
-        index: each.image
-        for index, each in own.items()
-        if each.image is not None and (each.image.scale, each.image.offset) != ((1.0, 1.0), (0.0, 0.0))
-    }
-    if uv is None or not moved:
-        return uv
-    corners = uv[:].copy()
-    for index, named in moved.items():
-        here = material == index
-        corners[here] = corners[here] * named.scale + named.offset
-    return CornerValues(corners.reshape(-1, 2), np.arange(3 * len(material)).reshape(-1, 3))

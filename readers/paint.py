@@ -70,10 +70,10 @@ class Paint:
         painted = None if self.colors is None else self.colors.at(face, weights)
         result = np.empty((len(face), 3))
         of = self.material[face]
-        for index in np.unique(of):
-            here = np.flatnonzero(of == index)
+        order = np.argsort(of, kind="stable")
+        for here in np.split(order, np.flatnonzero(np.diff(of[order])) + 1) if len(of) else ():
             shares: list[tuple[Doubles, bool]] = []  # (values, whether they are linear)
-            material = self.materials[index]
+            material = self.materials[of[here[0]]]
             if material.picture is not None and self.uv is not None:
                 shares.append((material.picture.at(self.uv.at(face[here], weights[here])), False))
             if material.factor != (1.0, 1.0, 1.0):

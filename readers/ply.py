@@ -9,11 +9,14 @@ from numpy.typing import NDArray
 
 from ..model.errors import UserError
 from ..model.files import show
+from ..model.references import Folder, UnresolvedError
+from .claims import Claims
 from .clouds import EMPTY, cloud_of_columns
 from .column_names import NAMES, QUIET, plain, roles_of
 from .columns import stacked, typed_colors
 from .content import Cloud, Facts, Mesh
-from .images import Missing, load_picture
+from .images import Images, Missing, users_picture
+from .named_files import NamedFiles
 from .paint import Material, Paint, Picture
 from .ply_file import Element, Lists, Ply, read_elements
 from .polygons import triangulated
@@ -25,11 +28,12 @@ KNOWN = {"flags", "quality", "texnumber", "intensity", "confidence", "group_id",
 """Columns of faces and vertices of a mesh that carry neither shape nor color."""
 
 
-def read_ply(path: Path, image: Path | None, chosen: Sequence[str] | None = None) -> Mesh | Cloud:
+def read_ply(path: Path, image: Path | None, chosen: Sequence[str] | None = None, follow: bool = False) -> Mesh | Cloud:
     """Read a PLY file; without faces or strips, its vertices are a cloud. Raises UserError.
 
-    image: replaces the file's. chosen: roles of a cloud's columns.
+    image: replaces the file's. chosen: roles of a cloud's columns. follow: of `Folder`, for the names of images.
     """
+    folder = Folder(path.parent, follow)
     ply = read_elements(path)
     vertex = ply.elements.get("vertex")
     if vertex is None or not vertex.count:
@@ -42,12 +46,12 @@ def read_ply(path: Path, image: Path | None, chosen: Sequence[str] | None = None
     if corners is not None and (corners.sizes >= 3).any():
         assert faces is not None
         triangles, owners = triangulated(_points(vertex), corners.sizes, _checked(corners.values, vertex.count))
-        return _mesh(path, ply, vertex, corners.values[triangles].astype(np.int64), (faces, triangles, owners), image)
+        return _mesh(folder, ply, vertex, corners.values[triangles].astype(np.int64), (faces, triangles, owners), image)
     if strips is not None and strips.lists:
         found = of_strips(next(iter(strips.lists.values())))
         if len(found):
             _checked(found, vertex.count)
-            return _mesh(path, ply, vertex, found, None, image)
+            return _mesh(folder, ply, vertex, found, None, image)
     if faces is not None and faces.lists and corners is None:
         raise UserError(f"faces without a list of vertices; it has {', '.join(map(show, [*faces.lists][:8]))}")
     return cloud_of_columns(list(vertex.columns), list(vertex.columns.values()), chosen)
@@ -58,19 +62,13 @@ def of_strips(lists: Lists) -> Integers:
 
     Each triangle of a strip shares two vertices with the previous one; a negative number starts a new strip.
     """
-    ends = np.cumsum(lists.sizes)
-    triangles = []
-    for row in np.split(lists.values.astype(np.int64), ends[:-1]):
-        for part in np.split(row, np.flatnonzero(row < 0)):
-            strip = part[part >= 0]
-            if len(strip) < 3:
-                continue
-            rows = np.stack((strip[:-2], strip[1:-1], strip[2:]), axis=1)
-            rows[1::2] = rows[1::2, [1, 0, 2]]
-            triangles.append(rows)
-    if not triangles:
-        return np.zeros((0, 3), np.int64)
-    joined = np.concatenate(triangles)
+    values = lists.values.astype(np.int64)
+    strips = np.cumsum(values < 0) + np.repeat(np.arange(len(lists.sizes)), lists.sizes)
+    values, strips = values[values >= 0], strips[values >= 0]
+    joined = np.stack((values[:-2], values[1:-1], values[2:]), axis=1)
+    odd = (np.arange(len(values)) - np.searchsorted(strips, strips))[:-2] % 2 == 1
+    joined[odd] = joined[odd][:, [1, 0, 2]]
+    joined = joined[strips[:-2] == strips[2:]]
     return np.asarray(joined[(joined != np.roll(joined, 1, axis=1)).all(axis=1)])  # repeated vertices turn a strip
 
 
@@ -90,7 +88,7 @@ def _checked(index: NDArray[Any], count: int) -> NDArray[Any]:
 
 
 def _mesh(
-    path: Path,
+    folder: Folder,
     ply: Ply,
     vertex: Element,
     faces: Integers,
@@ -112,9 +110,9 @@ def _mesh(
     if left:
         facts.warnings.append(f"columns that are not used: {', '.join(map(show, left[:8]))}")
     facts.unwrapped = coordinates is not None
-    pictures, looked_for = _pictures(path, ply.comments, coordinates, image)
+    pictures, missing = _pictures(folder, ply.comments, coordinates, image)
     if not pictures and coordinates is not None and colors is None:
-        facts.warnings.append(Missing(looked_for).line())
+        facts.warnings.append(missing.line())
     paint, material = None, np.zeros(len(faces), np.int64)
     if pictures:
         if polygons is not None and len(pictures) > 1 and "texnumber" in polygons[0].columns:
@@ -128,25 +126,22 @@ def _mesh(
 
 
 def _pictures(
-    path: Path, comments: list[str], coordinates: CornerValues | None, image: Path | None
-) -> tuple[list[Picture], str]:
-    """Load the image that the user names, or those of the comments. Returns them, and the name of a missing one.
+    folder: Folder, comments: list[str], coordinates: CornerValues | None, image: Path | None
+) -> tuple[list[Picture], Missing]:
+    """Load the image that the user names, or those of the comments. Returns them, and the first one that is missing.
 
     Where one is missing, none is used.
     """
-    named = [text.split(None, 1)[1].strip() for text in comments if text.lower().startswith("texturefile ")]
-    if coordinates is None or image is not None:
-        if image is None:
-            return [], ""
-        picture = load_picture(path.parent, "", image, unwrapped=coordinates is not None)
-        return [] if picture is None else [picture], ""
-    pictures = []
-    for name in named:
-        picture = load_picture(path.parent, name, None)
-        if picture is None:
-            return [], name
-        pictures.append(picture)
-    return pictures, ""
+    if image is not None:
+        return [users_picture(image, unwrapped=coordinates is not None)], Missing("")
+    if coordinates is None:
+        return [], Missing("")
+    files, images = NamedFiles(folder), Images(Claims(0))
+    try:
+        named = [text.split(None, 1)[1].strip() for text in comments if text.lower().startswith("texturefile ")]
+        return [images.named(files, name) for name in named], Missing("")
+    except UnresolvedError as error:
+        return [], Missing(error.name, error.why)
 
 
 def _wedges(faces: Element, triangles: Integers, owners: Integers) -> CornerValues | None:

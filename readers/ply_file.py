@@ -137,13 +137,13 @@ def _text_lists(words: NDArray[np.float64], at: int, element: Element) -> int:
                 length = 1
                 if each.count:
                     length, at = int(words[at]), at + 1
+                if length < 0 or at + length > len(words):
+                    raise _too_short(element)
                 starts[each.name].append(at)
                 lengths[each.name].append(length)
                 at += length
-    except (IndexError, ValueError):
+    except (IndexError, ValueError, OverflowError):
         raise _too_short(element) from None
-    if at > len(words):
-        raise _too_short(element)
     for each in element.properties:
         first, sizes = np.array(starts[each.name], np.int64), np.array(lengths[each.name], np.int64)
         values = words[_ranges(first, sizes)].astype(each.kind)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .polygon_cuts import pieces
 from .values import Doubles, Integers
 
 
@@ -13,8 +14,11 @@ def triangulated(vertices: Doubles, sizes: Integers, corners: Integers) -> tuple
     """
     starts = np.cumsum(sizes) - sizes
     triangles, owners = [], []
-    for size in np.unique(sizes[sizes >= 3]):
-        which = np.flatnonzero(sizes == size)
+    by_size = np.argsort(sizes, kind="stable")
+    for which in np.split(by_size, np.flatnonzero(np.diff(sizes[by_size])) + 1):
+        size = int(sizes[which[0]]) if len(which) else 0
+        if size < 3:
+            continue
         places = starts[which, None] + np.arange(size)
         fan = np.stack((np.zeros(size - 2, np.int64), np.arange(1, size - 1), np.arange(2, size)), axis=1)
         cut = places[:, fan]
@@ -45,7 +49,10 @@ def _concave(polygons: Doubles) -> np.typing.NDArray[np.bool_]:
 
 
 def _ears(polygon: Doubles, fan: Integers) -> Integers:
-    """Cut one polygon (N, 3) by its ears; the fan, where it crosses itself. Returns triangles (N - 2, 3)."""
+    """Cut one polygon (N, 3) by its ears; the fan, where it crosses itself. Returns triangles (N - 2, 3).
+
+    Raises UserError as `pieces` does.
+    """
     from igl.predicates import ear_clipping
 
     normal = _normals(polygon[None])[0]
@@ -54,5 +61,10 @@ def _ears(polygon: Doubles, fan: Integers) -> Integers:
     # Without the axis y, the other two have the opposite orientation.
     if (normal[axis] < 0) != (axis == 1):
         flat = flat[:, ::-1]
-    whole, cut = ear_clipping(np.ascontiguousarray(flat))
-    return np.asarray(cut, np.int64) if whole and len(cut) == len(fan) else fan
+    found = []
+    for corners in pieces(flat):
+        whole, cut = ear_clipping(np.ascontiguousarray(flat[corners]))
+        if not whole or len(cut) != len(corners) - 2:
+            return fan
+        found.append(corners[np.asarray(cut, np.int64)])
+    return np.concatenate(found)

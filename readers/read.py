@@ -18,17 +18,20 @@ from .stl import read_stl
 from .text_clouds import read_text
 from .threemf import read_3mf
 
-Reader = Callable[[Path, Path | None, Sequence[str] | None], Mesh | Cloud]
-"""Reads a path; the second argument replaces the image of a material, the third names the columns of points."""
+Reader = Callable[[Path, Path | None, Sequence[str] | None, bool], Mesh | Cloud]
+"""Reads a path; the second argument replaces the image of a material, the third names the columns of points.
+
+The fourth is `Folder.follow`, for the files that the path's file names.
+"""
 
 
 def _points(read: Callable[[Path, Sequence[str] | None], Mesh | Cloud]) -> Reader:
     """Return a reader of a format without texture coordinates."""
-    return lambda path, _, chosen: read(path, chosen)
+    return lambda path, _, chosen, __: read(path, chosen)
 
 
 def _triangles(read: Callable[[Path], Mesh]) -> Reader:
-    return lambda path, _, __: read(path)
+    return lambda path, *_: read(path)
 
 
 READERS: dict[str, Reader] = {
@@ -48,11 +51,14 @@ READERS: dict[str, Reader] = {
 """Ending of a file, in lower case -> its reader."""
 
 
-def read_shape(path: Path, image: Path | None = None, chosen: Sequence[str] | None = None) -> Mesh | Cloud:
+def read_shape(
+    path: Path, image: Path | None = None, chosen: Sequence[str] | None = None, *, follow: bool = False
+) -> Mesh | Cloud:
     """Read a mesh or a point cloud. Raises UserError, which begins with the file's name.
 
-    image: replaces the image of the mesh's material. chosen: roles of the columns of points (`parse_columns`). Raises
-    ModuleNotFoundError where a package for the format is missing.
+    image: replaces the image of the mesh's material. chosen: roles of the columns of points (`parse_columns`). follow:
+    whether the file may name files outside of its folder. Raises ModuleNotFoundError where a package for the format is
+    missing.
     """
     label = show(path.name)
     if is_folder(path):
@@ -63,7 +69,7 @@ def read_shape(path: Path, image: Path | None = None, chosen: Sequence[str] | No
     if read is None:
         raise UserError(f"{label}: unknown shape format; this program reads {known_formats()}")
     try:
-        content = read(path, image, chosen)
+        content = read(path, image, chosen, follow)
     except UserError as error:
         raise UserError(f"{label}: {error}") from None
     except (ModuleNotFoundError, MemoryError):

@@ -49,9 +49,10 @@ def _binary(data: bytes) -> np.typing.NDArray[np.float32]:
 def _text(data: bytes) -> np.typing.NDArray[np.float64]:
     """Return the corners (F, 3, 3) of a text of any number of solids."""
     data = data.replace(b"\r", b"\n")
-    rows = re.findall(rb"^\s*vertex\s+(\S+)[ \t]+(\S+)[ \t]+(\S+)", data, re.MULTILINE | re.IGNORECASE)
+    # Not \s before the word: each of many blank lines would be searched up to the next word.
+    rows = re.findall(rb"^[ \t]*vertex\s+(\S+)[ \t]+(\S+)[ \t]+(\S+)", data, re.MULTILINE | re.IGNORECASE)
     try:
-        numbers = np.array(rows, dtype="S").astype(np.float64).reshape(-1, 3)
+        numbers = np.array([float(word) for row in rows for word in row]).reshape(-1, 3)
     except ValueError:
         raise UserError("not a readable STL file (a vertex is no number)") from None
     if len(numbers) % 3:

@@ -19,11 +19,11 @@ LARGEST = 1e30
 """Largest coordinate of a vertex: its powers are still finite."""
 
 
-def load_mesh(path: Path, why: str = "") -> "trimesh.Trimesh":
+def load_mesh(path: Path, why: str = "", *, follow: bool = False) -> "trimesh.Trimesh":
     """Read the triangles of a mesh file unchanged, with the normals of its vertices where it has them.
 
-    why: appended to the message about a file without triangles, for example "; ... needs a surface". Raises UserError,
-    which begins with the name of the file, and ModuleNotFoundError without trimesh.
+    why: appended to the message about a file without triangles, for example "; ... needs a surface". follow: of
+    `read_shape`. Raises UserError, which begins with the name of the file, and ModuleNotFoundError without trimesh.
     """
     label = show(path.name)
     if not is_file(path):
@@ -32,7 +32,7 @@ def load_mesh(path: Path, why: str = "") -> "trimesh.Trimesh":
         raise UserError(f"{label}: not a mesh by its suffix; this program reads {' '.join(SUFFIXES)}")
     import trimesh
 
-    content = read_shape(path)
+    content = read_shape(path, follow=follow)
     if not isinstance(content, Mesh) or not len(content.faces):
         raise UserError(f"{label}: no triangles{why}")
     if not np.abs(content.vertices[np.unique(content.faces)]).max() <= LARGEST:

@@ -14,6 +14,7 @@ from .column_names import NAMES, plain
 from .values import Doubles
 
 MOST_HEADER = 50  # lines before the numbers
+MOST_COLUMNS = 256
 MISSING = ("", "nan", "-nan", "null", "none", "na", "n/a", "-")
 """Cells without a number, in lower case."""
 
@@ -48,6 +49,8 @@ def read_table(path: Path) -> Table:
     if not body or start >= len(cells):
         raise UserError(f"not a readable {path.suffix[1:].upper()} file (no rows of numbers)")
     rows = _numbers(body, delimiter, decimal, path.suffix[1:].upper())
+    if rows.shape[1] > MOST_COLUMNS:
+        raise UserError(f"a table of {rows.shape[1]:,} columns; at most {MOST_COLUMNS} are read")
     return Table(_names(head, delimiter, rows.shape[1]), rows)
 
 

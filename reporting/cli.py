@@ -5,6 +5,7 @@ from pathlib import Path
 
 from ..model.gallery import model_help, model_path
 from ..model.options import Options, argument, option
+from ..model.references import follow_option
 from ..model.verb import Verb, force_option, output_option
 
 
@@ -19,6 +20,7 @@ class ReportCommand(Options):
         None, "mesh of the ground truth: the page shows the error of the surface", metavar="SHAPE"
     )
     log: Path | None = option(None, "log that `train --log` wrote: the page shows its curves", metavar="FILE.jsonl")
+    follow: bool = follow_option()
 
 
 def _report(command: ReportCommand) -> None:
@@ -31,7 +33,7 @@ def _report(command: ReportCommand) -> None:
     output = command.output or Path(f"{command.model.stem}.html")
     reads = [command.model, *(path for path in (command.shape, command.log) if path is not None)]
     check_writable(output, reads, kind=REPORT, force=command.force)
-    text = report(load(command.model), command.shape, command.log)
+    text = report(load(command.model), command.shape, command.log, follow=command.follow)
     write_whole(output, text)
     print(f"{show(output)}: {len(text.encode()):,} bytes")
 

@@ -55,16 +55,19 @@ FIGURES = {
 """Key in a level's provenance -> heading on the page, and format."""
 
 
-def report(model: Model, shape: str | Path | None = None, log: str | Path | None = None) -> str:
+def report(
+    model: Model, shape: str | Path | None = None, log: str | Path | None = None, *, follow: bool = False
+) -> str:
     """Write the page about a model as HTML without scripts.
 
     shape: path of the true mesh; the page then shows the error on the surface. log: path of the file from `train
-    --log`; the page then shows its curves. Raises UserError.
+    --log`; the page then shows its curves. follow: whether the mesh's file may name files outside of its folder.
+    Raises UserError.
     """
     if model.scene is not None:
         raise UserError("this model is a scene, which has no training; report the models of its shapes")
     facts, stages = model_facts(model, sizes=True), None if log is None else read_log(Path(log))
-    distances = None if shape is None else pictures.Distances(model, Path(shape))
+    distances = None if shape is None else pictures.Distances(model, Path(shape), follow=follow)
     parts = [
         f"{HEAD}<title>{html.escape(model.name)}: report</title><style>{STYLE}{RULES}</style>",
         *_top(model, facts),

@@ -113,13 +113,13 @@ def _changes(values: NDArray[np.generic]) -> NDArray[np.bool_]:
 class Distances:
     """Measures distances to the mesh in a file."""
 
-    def __init__(self, model: Model, path: Path) -> None:
-        """Read the mesh, and place it as the model's shape at time 0. Raises UserError."""
+    def __init__(self, model: Model, path: Path, *, follow: bool = False) -> None:
+        """Read the mesh, and place it as the model's shape at time 0. follow: of `read_mesh`. Raises UserError."""
         from ..mesher.at_time import place_at
         from ..mesher.metrics import SampledSurface
         from ..mesher.truth import in_model_space, read_mesh
 
-        self._surface = SampledSurface(in_model_space(read_mesh(path), *place_at(model, 0.0)))
+        self._surface = SampledSurface(in_model_space(read_mesh(path, follow=follow), *place_at(model, 0.0)))
 
     def __call__(self, points: Doubles) -> Doubles:
         """Return the distances (N,) of points (N, 3), model space."""

@@ -128,7 +128,7 @@ def test_train_equals_the_verb(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     def callback(stage: str, fraction: float, loss: float) -> None:
         told.append((stage, fraction, loss))
 
-    options = {"steps": (20, 10), "omega": [8, 16], "quiet": True, "callback": callback, "follow": levels.append}
+    options = {"steps": (20, 10), "omega": [8, 16], "quiet": True, "callback": callback, "after_level": levels.append}
     mesh = trimesh.load(tmp_path / "ball.ply", process=False)
     ours = mplicits.train(mesh, ["8x0", "8x1"], **options)  # type: ignore[arg-type]
     assert ours.model.sha256() == load(output).sha256()

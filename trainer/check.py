@@ -56,6 +56,7 @@ def check(shape: str | Path | Arrays, options: CheckOptions) -> Checked:
         shape,
         image,
         columns=options.columns,
+        follow=options.follow,
         crease=None if options.flat else options.crease,
         noise=options.noise,
         up=up,

@@ -119,7 +119,7 @@ def import_checkpoints(paths: Sequence[Path], options: ImportOptions) -> Model:
     except UserError as error:
         advice = "are these checkpoints of one shape, coarse to fine, and is --omega right?"
         raise UserError(f"{names}: {error}; {advice}") from None
-    loaded = None if shape is None else load_shape(str(shape))[0]
+    loaded = None if shape is None else load_shape(str(shape), follow=options.follow)[0]
     surface = points if loaded is None else torch.from_numpy(loaded.inputs().astype(np.float32))
     return _model(
         names,

@@ -143,7 +143,7 @@ def _check(command: CheckCommand) -> None:
     from ..model.mesh_file import mesh_files
 
     if command.output is not None:
-        reads = [] if command.shape == "demo" else mesh_files(Path(command.shape))
+        reads = [] if command.shape == "demo" else mesh_files(Path(command.shape), command.follow)
         check_writable(command.output, reads, kind=PICTURE, force=command.force)
     from .check import check
 
@@ -179,7 +179,7 @@ def _import(command: ImportCommand) -> None:
     from ..model.mesh_file import mesh_files
 
     output = command.output or Path(command.checkpoints[-1].stem + SUFFIX)
-    reads = [*command.checkpoints, *([] if command.shape is None else mesh_files(Path(command.shape)))]
+    reads = [*command.checkpoints, *([] if command.shape is None else mesh_files(Path(command.shape), command.follow))]
     check_writable(output, reads, kind=MODEL, force=command.force)
     from ..model.model import shape_of
     from ..model.model_file import save

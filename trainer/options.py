@@ -9,6 +9,7 @@ from ..model.bits import read_bits
 from ..model.errors import UserError
 from ..model.options import Options, option
 from ..model.orientation import UPRIGHT
+from ..model.references import follow_option
 from ..readers.column_names import parse_columns
 from . import settings as parse
 from .level_goal import level_goal
@@ -105,6 +106,7 @@ class TrainingOptions(Options):
         metavar="FILE.jsonl",
     )
     quiet: bool = option(False, "show no progress bar, and not what was read of the shape")
+    follow: bool = follow_option()
 
     @property
     def crease_angle(self) -> float | None:
@@ -207,6 +209,7 @@ class CheckOptions(Options):
     noise: float | None = _as_in_train("noise")
     columns: str | Sequence[str] | None = _as_in_train("columns")
     thicken: float | None = _as_in_train("thicken")
+    follow: bool = _as_in_train("follow")
 
 
 @dataclass(frozen=True)
@@ -231,6 +234,7 @@ class ImportOptions(Options):
     )
     front: Numbers | None = option(None, FRONT_HELP, metavar="AZ,EL")
     credit: str | None = option(None, CREDIT_HELP, metavar="TEXT")
+    follow: bool = follow_option()
 
     def omegas(self, count: int) -> list[float | None]:
         """Return omega_0 of each of `count` checkpoints; None stands for that of the file. Raises UserError."""

@@ -57,6 +57,7 @@ def shape_source(shape: str | Path | Arrays, options: TrainOptions) -> Source:
             shape,
             image,
             columns=options.columns,
+            follow=options.follow,
             crease=options.crease_angle,
             noise=options.noise,
             up=up,
@@ -66,7 +67,7 @@ def shape_source(shape: str | Path | Arrays, options: TrainOptions) -> Source:
     if not isinstance(shape, (str, Path)):
         return Source(load_one)
     path = Path(shape)
-    files = (*mesh_files(path), *([] if image is None else [image]))
+    files = (*mesh_files(path, options.follow), *([] if image is None else [image]))
     return Source(load_one, FILES_UP.get(path.suffix.lower(), DEFAULT_UP), path.stem, files)
 
 
@@ -90,7 +91,9 @@ def frames_source(folder: str | Path | Arrays, options: TrainingOptions) -> Sour
         moments = [placed(shape, *place) for shape in shapes]
         return _moving(moments, folder.name, place, progress), warnings
 
-    return Source(load_moments, stem=folder.stem, files=tuple(file for path in paths for file in mesh_files(path)))
+    return Source(
+        load_moments, stem=folder.stem, files=tuple(file for path in paths for file in mesh_files(path, options.follow))
+    )
 
 
 def morph_source(
@@ -120,7 +123,7 @@ def morph_source(
         title = " to ".join(Path(shape.name).stem for shape in shapes)
         return _moving(moments, title, place, progress), warnings
 
-    files = tuple(file for path in paths for file in mesh_files(path))
+    files = tuple(file for path in paths for file in mesh_files(path, options.follow))
     return Source(load_ends, stem="-to-".join(path.stem for path in paths), files=files)
 
 
@@ -148,7 +151,7 @@ def _shapes(
             continue
         name = str(end)
         up = options.up or FILES_UP.get(Path(name).suffix.lower(), DEFAULT_UP)
-        shape, more = load_shape(name, crease=options.crease_angle, up=up)
+        shape, more = load_shape(name, follow=options.follow, crease=options.crease_angle, up=up)
         if not isinstance(shape, MeshShape | DemoShape):
             raise UserError(f"{show(name)}: a point cloud cannot move; train a model of it first, and morph that")
         shapes.append(shape)

@@ -188,7 +188,9 @@ def _view(command: ViewCommand) -> None:
 
         source = source or _open_source(command)
         command.check_time(source.name, source.shader.moving)
-        mesh = None if command.mesh is None else MeshSource(Path(command.mesh), command.space or "input")
+        mesh = (
+            None if command.mesh is None else MeshSource(Path(command.mesh), command.space or "input", command.follow)
+        )
         camera = command.view_from(source.front)
         window = Window(context, gui, source, camera, command, storage=command.storage, watch=command.watch, mesh=mesh)
         try:
@@ -228,7 +230,7 @@ def _output(command: RenderCommand) -> Path:
         check_movie(output, command.pixels)
     else:
         check_name(output)
-    reads = [command.model, *([] if command.mesh is None else mesh_files(Path(command.mesh)))]
+    reads = [command.model, *([] if command.mesh is None else mesh_files(Path(command.mesh), command.follow))]
     check_writable(output, reads, kind=VIDEO if is_video else PICTURE, force=command.force)
     return output
 

@@ -8,6 +8,7 @@ from ..codegen.targets.orbit import AZIMUTH, ELEVATION, FOV
 from ..codegen.targets.samples import SHARE
 from ..model.errors import UserError
 from ..model.options import Options, option
+from ..model.references import follow_option
 from .draw.options import RenderOptions
 from .draw.tiles import check_size
 
@@ -76,6 +77,7 @@ class ViewerOptions(RenderOptions, CameraOptions):
         choices=("input", "model"),
     )
     storage: str = option("auto", "how the shader holds the weights", choices=("auto", "literal", "texture"))
+    follow: bool = follow_option()
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -47,7 +47,9 @@ def set_up(model: Model, options: PictureOptions, rays: int, once: bool = False)
     camera = options.view_from(model.front)
     options = options.for_levels(len(model.levels))
     options.resolved_levels(len(model.levels))
-    mesh = None if options.mesh is None else read_triangles_for(model, Path(options.mesh), options.space or "input")
+    mesh = None
+    if options.mesh is not None:
+        mesh = read_triangles_for(model, Path(options.mesh), options.space or "input", follow=options.follow)
     if once and compiling_dominates(rays, model.parameters()):
         compile_quickly()
     check_process()

@@ -113,7 +113,7 @@ def test_headers_of_las_are_read_as_they_are_written(tmp_path: Path) -> None:
         ({"points": 2}, "claims 2 points, and holds 1"),
         ({"points": 0xFFFFFFFF}, "claims 4,294,967,295 points"),
         ({"records": 1}, "claims 1 records"),
-        ({"kind": 130, "points": 100_000_000}, "says that it has 100,000,000 points, which take 14.6 GB"),
+        ({"kind": 130, "points": 100_000_000}, "100,000,000 points would take 14.6 GB"),
         ({"kind": 130, "chunks": 0xFFFFFFFF}, "claims 4,294,967,295 chunks in 253 bytes"),
         ({"kind": 130, "table": 1 << 40}, "its table of chunks is not there"),
         ({"kind": 130, "table": -1}, "its table of chunks is not there"),

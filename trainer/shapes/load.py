@@ -45,12 +45,15 @@ def load_shape(
     shape: str | Path | Arrays,
     image: Path | None = None,
     columns: str | Sequence[str] | None = None,
+    *,
+    follow: bool = False,
     **options: Unpack[ShapeOptions],
 ) -> tuple[Shape, list[str]]:
     """Load a shape. Returns it with warnings for the user; `Shape.taken` says what was taken.
 
     shape: a path, "demo", or arrays. image: replaces the image of the mesh's material. columns: roles of a cloud's
-    columns, "x,y,z,nx,ny,nz,r,g,b"; None: by their names, or by their lengths and ranges.
+    columns, "x,y,z,nx,ny,nz,r,g,b"; None: by their names, or by their lengths and ranges. follow: whether
+    the file may name files outside of its folder.
 
     Meshes: PLY, OBJ, STL, GLB, glTF, OFF, 3MF. Point clouds: PLY and OBJ without faces, text columns (XYZ, CSV, TXT,
     ASC, PTS), NPZ, PCD, LAS, LAZ, E57, and PLY of Gaussian splats. Missing normals are estimated. Raises UserError for
@@ -64,7 +67,7 @@ def load_shape(
     if shape == "demo":
         return _demo(image, **options)
     path, label = Path(shape), show(Path(shape).name)
-    content = read_shape(path, image, chosen)
+    content = read_shape(path, image, chosen, follow=follow)
     source: dict[str, Any] = {"file": path.name, "sha256": _sha256(path)}
     if image is not None:
         source["texture"] = {"file": image.name, "sha256": _sha256(image)}

@@ -33,14 +33,16 @@ class Triangles:
         return float(np.linalg.norm(self.vertices[self.faces], axis=-1).max())
 
 
-def read_triangles(path: Path, center: tuple[float, float, float], scale: float, up: str = DEFAULT_UP) -> Triangles:
-    """Read a PLY, OBJ, STL or GLB file into model space. center, scale, up: see `Model.place`.
+def read_triangles(
+    path: Path, center: tuple[float, float, float], scale: float, up: str = DEFAULT_UP, *, follow: bool = False
+) -> Triangles:
+    """Read a PLY, OBJ, STL or GLB file into model space. center, scale, up: see `Model.place`. follow: of `load_mesh`.
 
     Normals come from the file; else they are means of adjacent face normals, outward for a closed mesh.
     Raises UserError, one line, if the file is not readable, or its size and place do not fit the shape.
     """
     try:
-        mesh = load_mesh(path)
+        mesh = load_mesh(path, follow=follow)
     except ModuleNotFoundError as error:
         extra = "mesh" if error.name == "trimesh" else "formats"
         raise UserError(f"--mesh needs the package '{error.name}'; run: pip install 'mplicits[{extra}]'") from None
@@ -63,9 +65,9 @@ def read_triangles(path: Path, center: tuple[float, float, float], scale: float,
     return Triangles(vertices.astype(np.float32), normals.astype(np.float32), faces)
 
 
-def read_triangles_for(model: Model, path: Path, space: str) -> Triangles:
+def read_triangles_for(model: Model, path: Path, space: str, *, follow: bool = False) -> Triangles:
     """Read a mesh of the model's shape. space: of the file, "input" (as the trained shape) or "model"."""
-    return read_triangles(path, *(MODEL_SPACE if space == "model" else model.place))
+    return read_triangles(path, *(MODEL_SPACE if space == "model" else model.place), follow=follow)
 
 
 def _flux(corners: NDArray[np.float64], normals: NDArray[np.float64]) -> float:

@@ -23,6 +23,8 @@ class MeshSource:
     """PLY, OBJ, STL or GLB."""
     space: str = "input"
     """"input", as the shape that the model was trained on, or "model"."""
+    follow: bool = False
+    """Whether the file may name files outside of its folder."""
 
 
 class Overlay:
@@ -51,7 +53,8 @@ class Overlay:
             raise UserError("a mesh needs its model, and this file is a shader; open the model file")
         if source is not self._source or self._mesh is None:
             self.release()
-            self._mesh = read_triangles_for(source.model, self._mesh_source.path, self._mesh_source.space)
+            mesh = self._mesh_source
+            self._mesh = read_triangles_for(source.model, mesh.path, mesh.space, follow=mesh.follow)
             self._source = source
         if "faces" in mode:
             self._rasterizer = self._rasterizer or Rasterizer(self._context, source.model, self._mesh, self._storage)
