@@ -25,6 +25,8 @@ FRESH = 10.0
 
 READER = 5.0
 """Seconds that the reader of a pipe has to come."""
+NAMED: dict[str, None] = {}
+"""Absolute paths of what this process read because a file or an option named it: nothing overwrites these files."""
 NO_PROMISE = (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP)
 """Error numbers of file systems that do not support fsync."""
 
@@ -93,11 +95,11 @@ def check_writable(
 ) -> None:
     """Check, before long work, that `write_whole` can write a path without a loss for the user.
 
-    reads: input files, which are never overwritten. kind: of the output; only `force` overwrites a file of another
-    kind; None: nothing does, because the user did not choose the name. Raises UserError.
+    reads: input files, which are never overwritten, like those in `NAMED`. kind: of the output; only `force` overwrites
+    a file of another kind; None: nothing does, because the user did not choose the name. Raises UserError.
     """
     try:
-        if path.exists() and any(other.exists() and path.samefile(other) for other in reads):
+        if path.exists() and any(other.exists() and path.samefile(other) for other in (*reads, *map(Path, NAMED))):
             raise UserError(f"cannot write {show(path)}: it is the input; name another file with -o")
         target = path if is_special(path) else Path(os.path.realpath(path))
         if target.is_dir():

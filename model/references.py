@@ -12,7 +12,7 @@ from functools import cached_property
 from pathlib import Path
 
 from .errors import UserError
-from .files import show
+from .files import NAMED, show
 from .options import option
 
 MISSING = "not found beside the file"
@@ -65,6 +65,7 @@ class Folder:
             raise UnresolvedError(text, MISSING)
         if not stat.S_ISREG(kind):
             raise UnresolvedError(text, NO_FILE)
+        NAMED[os.path.abspath(path)] = None
         return path
 
     def find(self, name: str | Path) -> Path | None:

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 import trimesh
 from tqdm import tqdm
@@ -15,6 +16,8 @@ from tqdm import tqdm
 from mplicits import cli
 from mplicits.model import extras
 from mplicits.model.errors import UserError
+from mplicits.model.files import NAMED
+from mplicits.model.image_file import png_bytes
 from mplicits.model.model_file import save
 from mplicits.model.options import Options
 from mplicits.model.verb import Verb
@@ -125,13 +128,28 @@ def test_only_force_overwrites_a_file_of_another_kind(
 def test_images_that_a_mesh_names_are_not_overwritten(
     model: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (tmp_path / "m.obj").write_text("mtllib a b.mtl\nv 0 0 0\n")
-    (tmp_path / "a b.mtl").write_text("newmtl m\nmap_Kd -s 1 1 1 tex.png\n")
-    picture = tmp_path / "tex.png"
-    picture.write_bytes(b"\x89PNG\r\n\x1a\n")
-    for argv in (["render", model, "--mesh"], ["train"]):
-        assert cli.main([*argv, str(tmp_path / "m.obj"), "-o", str(picture), "--force"]) == 2
-        assert "it is the input" in capsys.readouterr().err
+    """The name in the material has other capitals, and mplicits wrote the image."""
+    mesh, picture = tmp_path / "m.obj", tmp_path / "skin.png"
+    ball = trimesh.creation.icosphere(1)
+    uv = "\n".join(f"vt {x} {y}" for x, y, _ in ball.vertices)
+    faces = "\n".join("f " + " ".join(f"{i}/{i}" for i in face + 1) for face in ball.faces)
+    vertices = "\n".join("v {} {} {}".format(*point) for point in ball.vertices)
+    mesh.write_text(f"mtllib a b.mtl\n{vertices}\n{uv}\nusemtl m\n{faces}\n")
+    (tmp_path / "a b.mtl").write_text("newmtl m\nmap_Kd -s 1 1 1 SKIN.PNG\n")
+    before = png_bytes(np.zeros((4, 4, 3), np.uint8))
+    picture.write_bytes(before)
+    bare = tmp_path / "bare.obj"
+    bare.write_text(mesh.read_text().replace("mtllib a b.mtl\n", ""))
+    for argv in (
+        ["render", model, "--mesh", str(mesh), "--size", "8x8"],
+        ["train", str(mesh), "--force"],
+        ["check", str(mesh)],
+        ["check", str(bare), "--texture", str(picture)],
+    ):
+        NAMED.clear()  # as in a process of its own
+        assert cli.main([*argv, "-o", str(picture)]) == 2
+        assert "it is the input" in capsys.readouterr().err.splitlines()[-1]
+        assert picture.read_bytes() == before
 
 
 @pytest.mark.parametrize("name", cli.verbs())

@@ -108,6 +108,11 @@ def _run(
 
     begin_work(termination=not files.live)
     read: dict[str, Any] = {}
+
+    def took(facts: dict[str, Any]) -> None:
+        check_writable(output)  # it may be a file that the shape names
+        read.update(facts)
+
     model = train(
         source,
         options,
@@ -116,7 +121,7 @@ def _run(
         live=files.live,
         follow=draw,
         components=hooks.loose_components,
-        took=read.update,
+        took=took,
     )
     if bits is not None and not model.provenance["interrupted"]:
         from ..model.model_file import save
@@ -140,11 +145,9 @@ def _check(command: CheckCommand) -> None:
     """Print what a training would read of a shape, and its warnings; draw it with -o. Raises UserError."""
     from ..model.files import write_whole
     from ..model.kinds import PICTURE
-    from ..model.mesh_file import mesh_files
 
     if command.output is not None:
-        reads = [] if command.shape == "demo" else mesh_files(Path(command.shape), command.follow)
-        check_writable(command.output, reads, kind=PICTURE, force=command.force)
+        check_writable(command.output, [Path(command.shape)], kind=PICTURE, force=command.force)
     from .check import check
 
     found = check(command.shape, command)
@@ -176,10 +179,8 @@ def _import(command: ImportCommand) -> None:
     command.omegas(len(command.checkpoints))
     command.view()
     prepare_openmp()
-    from ..model.mesh_file import mesh_files
-
     output = command.output or Path(command.checkpoints[-1].stem + SUFFIX)
-    reads = [*command.checkpoints, *([] if command.shape is None else mesh_files(Path(command.shape), command.follow))]
+    reads = [*command.checkpoints, *([] if command.shape is None else [Path(command.shape)])]
     check_writable(output, reads, kind=MODEL, force=command.force)
     from ..model.model import shape_of
     from ..model.model_file import save

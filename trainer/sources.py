@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..model.errors import UserError
 from ..model.files import is_folder, show
 from ..model.gallery import SUFFIX, model_path
-from ..model.mesh_file import SUFFIXES, mesh_files
+from ..model.mesh_file import SUFFIXES
 from ..model.model import Model
 from ..model.model_file import load
 from ..model.orientation import DEFAULT_UP, FILES_UP
@@ -67,7 +67,7 @@ def shape_source(shape: str | Path | Arrays, options: TrainOptions) -> Source:
     if not isinstance(shape, (str, Path)):
         return Source(load_one)
     path = Path(shape)
-    files = (*mesh_files(path, options.follow), *([] if image is None else [image]))
+    files = (path, *([] if image is None else [image]))
     return Source(load_one, FILES_UP.get(path.suffix.lower(), DEFAULT_UP), path.stem, files)
 
 
@@ -91,9 +91,7 @@ def frames_source(folder: str | Path | Arrays, options: TrainingOptions) -> Sour
         moments = [placed(shape, *place) for shape in shapes]
         return _moving(moments, folder.name, place, progress), warnings
 
-    return Source(
-        load_moments, stem=folder.stem, files=tuple(file for path in paths for file in mesh_files(path, options.follow))
-    )
+    return Source(load_moments, stem=folder.stem, files=tuple(paths))
 
 
 def morph_source(
@@ -123,8 +121,7 @@ def morph_source(
         title = " to ".join(Path(shape.name).stem for shape in shapes)
         return _moving(moments, title, place, progress), warnings
 
-    files = tuple(file for path in paths for file in mesh_files(path, options.follow))
-    return Source(load_ends, stem="-to-".join(path.stem for path in paths), files=files)
+    return Source(load_ends, stem="-to-".join(path.stem for path in paths), files=tuple(paths))
 
 
 def _end_path(name: str) -> str:

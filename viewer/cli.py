@@ -220,7 +220,6 @@ def _output(command: RenderCommand) -> Path:
     """Return the path of the picture or video. Raises UserError where it cannot, or must not, be written."""
     from ..model.files import check_writable
     from ..model.kinds import PICTURE, VIDEO
-    from ..model.mesh_file import mesh_files
     from .draw.movie import check_movie
     from .draw.screenshot import check_name
 
@@ -230,7 +229,7 @@ def _output(command: RenderCommand) -> Path:
         check_movie(output, command.pixels)
     else:
         check_name(output)
-    reads = [command.model, *([] if command.mesh is None else mesh_files(Path(command.mesh), command.follow))]
+    reads = [command.model, *([] if command.mesh is None else [Path(command.mesh)])]
     check_writable(output, reads, kind=VIDEO if is_video else PICTURE, force=command.force)
     return output
 
