@@ -1,0 +1,108 @@
+"""Small files that claim much: refused before the memory is taken, and what is named often is read once."""
+
+import zlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from mplicits.model.errors import UserError
+from mplicits.readers import images
+from mplicits.readers.content import Mesh
+from mplicits.readers.polygons import triangulated
+from mplicits.readers.read import read_shape
+from support.growing_files import TRIANGLE, gltf, materials, png, polygon
+
+LIMIT = "would take .* GB of memory; 2 GB are allowed"
+
+
+def attributes(**more: int) -> dict[str, Any]:
+    return {"meshes": [{"primitives": [{"attributes": {"POSITION": 0} | more}]}]}
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {"accessors": [{"componentType": 5126, "type": "VEC3", "count": 80_000_000}]},
+        {"accessors": [{"componentType": 5126, "type": "VEC3", "count": 80_000_000, "sparse": {"count": 0}}]},
+        {"accessors": [{"componentType": 5126, "type": "VEC3", "count": 200_000}], "nodes": [{"mesh": 0}] * 2000},
+        {
+            "accessors": [{"componentType": 5126, "type": "VEC3", "count": 200_000}],
+            "meshes": [
+                {
+                    "primitives": [{"attributes": {"POSITION": 0}, "targets": [{"POSITION": 0}] * 500}],
+                    "weights": [1] * 500,
+                }
+            ],
+        },
+    ],
+    ids=["no view", "sparse", "instances", "morph targets"],
+)
+def test_claims_of_gltf_are_refused(more: dict[str, Any], tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=LIMIT):
+        read_shape(gltf(tmp_path / "a.gltf", more))
+
+
+def test_too_many_primitives_are_refused(tmp_path: Path) -> None:
+    mesh = {"primitives": [{"attributes": {"POSITION": 0}}] * 400}
+    with pytest.raises(UserError, match="more than 100,000 instances of primitives"):
+        read_shape(gltf(tmp_path / "a.gltf", {"meshes": [mesh], "nodes": [{"mesh": 0}] * 400}))
+
+
+def test_an_image_is_refused_by_its_header(tmp_path: Path) -> None:
+    (tmp_path / "a.mtl").write_text("newmtl a\nmap_Kd big.png\n")
+    # A PNG of one bit a pixel; only its header is read.
+    data = bytearray(png(8))
+    data[16:24] = (30_000).to_bytes(4, "big") * 2
+    data[29:33] = zlib.crc32(data[12:29]).to_bytes(4, "big")
+    (tmp_path / "big.png").write_bytes(data)
+    (tmp_path / "a.obj").write_text(f"mtllib a.mtl\n{TRIANGLE}usemtl a\nf 1/1 2/2 3/3\n")
+    with pytest.raises(UserError, match="an image of 30,000 x 30,000 pixels " + LIMIT):
+        read_shape(tmp_path / "a.obj")
+
+
+def test_an_image_of_many_materials_is_decoded_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened = []
+    real = Image.open
+    monkeypatch.setattr(images.Image, "open", lambda *args, **more: opened.append(args) or real(*args, **more))
+    mesh = read_shape(materials(tmp_path, 200))
+    assert isinstance(mesh, Mesh)
+    assert mesh.paint is not None
+    assert len(opened) == 1
+    assert len({id(each.picture.pixels) for each in mesh.paint.materials if each.picture is not None}) == 1
+
+
+@pytest.mark.parametrize("length", ["-1", "-1000000000", "1e300", "inf", "nan"])
+def test_lengths_of_lists_are_compared_with_the_file(length: str, tmp_path: Path) -> None:
+    head = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+    head += "element face 1000000000\nproperty list char int vertex_indices\nend_header\n0 0 0\n"
+    (tmp_path / "a.ply").write_text(head + length + "\n")
+    with pytest.raises(UserError, match="it ends before the last of 1,000,000,000 rows of face"):
+        read_shape(tmp_path / "a.ply")
+
+
+def test_wide_tables_and_lines_are_bounded(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(",".join(["1"] * 100_000) + "\n")
+    with pytest.raises(UserError, match="a table of 100,000 columns"):
+        read_shape(tmp_path / "a.csv")
+    (tmp_path / "a.obj").write_text("v 1 2 3 " + "1 " * 20_000 + "\n" + "v 1 2 3\n" * 20_000)
+    read_shape(tmp_path / "a.obj")  # in the square of its lines it would take 3 GB
+
+
+def test_a_star_of_many_corners_is_cut_without_overlaps(tmp_path: Path) -> None:
+    mesh = read_shape(polygon(tmp_path, 3000))
+    assert isinstance(mesh, Mesh)
+    assert len(mesh.faces) == 2998
+    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+    areas = np.cross(b - a, c - a)[:, 2] / 2
+    x, y = mesh.vertices[:, :2].T
+    assert areas.min() >= 0
+    assert areas.sum() == pytest.approx(0.5 * (x * np.roll(y, -1) - np.roll(x, -1) * y).sum())
+
+
+def test_a_large_polygon_that_crosses_itself_is_a_fan() -> None:
+    points = np.random.default_rng(0).random((1500, 3)) * (1, 1, 0)
+    triangles, _ = triangulated(points, np.array([1500]), np.arange(1500))
+    assert triangles.tolist() == [[0, k, k + 1] for k in range(1, 1499)]
