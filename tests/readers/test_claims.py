@@ -1,5 +1,6 @@
 """Small files that claim much: refused before the memory is taken, and what is named often is read once."""
 
+import io
 import zlib
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,6 @@ import pytest
 from PIL import Image
 
 from mplicits.model.errors import UserError
-from mplicits.readers import images
 from mplicits.readers.content import Mesh
 from mplicits.readers.polygons import triangulated
 from mplicits.readers.read import read_shape
@@ -64,9 +64,14 @@ def test_an_image_is_refused_by_its_header(tmp_path: Path) -> None:
 
 
 def test_an_image_of_many_materials_is_decoded_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    opened = []
+    opened: list[object] = []
     real = Image.open
-    monkeypatch.setattr(images.Image, "open", lambda *args, **more: opened.append(args) or real(*args, **more))
+
+    def counted(file: io.BytesIO) -> Image.Image:
+        opened.append(file)
+        return real(file)
+
+    monkeypatch.setattr(Image, "open", counted)
     mesh = read_shape(materials(tmp_path, 200))
     assert isinstance(mesh, Mesh)
     assert mesh.paint is not None
