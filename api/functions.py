@@ -37,10 +37,10 @@ def load(source: str | Path | bytes) -> Field:
     file. Raises UserError where the model does not exist or is damaged.
     """
     if not isinstance(source, (bytes, bytearray, memoryview)):
-        return Field(load_model(model_path(str(source))))
+        return Field(load_model(model_path(str(path_of(source, "source")))))
     with tempfile.TemporaryDirectory(prefix="mplicits-") as folder:
         path = Path(folder, "bytes")
-        path.write_bytes(source)
+        path.write_bytes(bytes(source))  # a memoryview may have gaps
         try:
             return Field(load_model(path))
         except UserError as error:

@@ -54,7 +54,9 @@ def path_of(value: object, name: str) -> Path:
     """Return the path that an argument of Python names. name: of the argument, for the UserError."""
     text = os.fspath(value) if isinstance(value, str | os.PathLike) else None
     if isinstance(text, str) and "\0" not in text:
-        return Path(text)
+        with contextlib.suppress(UnicodeEncodeError):  # half of a surrogate pair
+            os.fsencode(text)
+            return Path(text)
     raise UserError(f"{name} {show_value(value)}: a path is needed")
 
 

@@ -17,7 +17,7 @@ from .options import option
 
 MISSING = "not found beside the file"
 OUTSIDE = "outside of the folder; --follow reads it"
-ADDRESS = "on the network; download it beside the file"
+ADDRESS = "an address, which is not read; keep its file beside"
 NO_FILE = "a pipe or a device, not a file"
 LONGEST = 4096
 """Most characters of a name: no system has longer paths."""

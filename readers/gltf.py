@@ -119,17 +119,19 @@ def _of_part(part: Part) -> Paint:
 
 def _parts(gltf: Gltf, places: list[Placed]) -> list[Part]:
     """Read the primitives, and move each to its places. Raises UserError."""
-    primitives, seen, parts = Primitives(gltf), set[int](), list[Part]()
-    for place in places:
-        mesh = gltf.item("meshes", place.mesh)
-        weights = place.weights or tuple(map(float, mesh.get("weights", [])))
+    primitives, seen, count = Primitives(gltf), set[int](), 0
+    for place in places:  # what all of them take, before the first is moved
         for primitive in primitives.of_mesh(place.mesh):
+            count += 1
             if place.mesh in seen:
                 gltf.claims.take(ARRAYS * primitive.numbers, "its instances of meshes")
-            parts.append(_part(primitive, place, weights))
-            if len(parts) > MOST_PLACES:
-                raise UserError(f"more than {MOST_PLACES:,} instances of primitives; keep fewer")
         seen.add(place.mesh)
+        if count > MOST_PLACES:
+            raise UserError(f"more than {MOST_PLACES:,} instances of primitives; keep fewer")
+    parts = []
+    for place in places:
+        weights = place.weights or tuple(map(float, gltf.item("meshes", place.mesh).get("weights", [])))
+        parts += [_part(primitive, place, weights) for primitive in primitives.of_mesh(place.mesh)]
     return parts
 
 

@@ -32,7 +32,7 @@ def accessor(gltf: Gltf, index: object) -> NDArray[Any]:
     except (KeyError, TypeError, ValueError):
         raise UserError(f"{DAMAGED} (accessor {show(str(index))[:20]} has no known type)") from None
     if count < 0 or offset < 0 or count * width > MOST:
-        raise UserError(f"{DAMAGED} (accessor {index} has {count} items)")
+        raise UserError(f"{DAMAGED} (accessor {index} has {str(count)[:20]} items)")
     gltf.claims.take(ARRAYS * count * width, "its arrays")
     if "bufferView" in described:
         values = _view_items(gltf, described["bufferView"], offset, kind, width, count)

@@ -249,4 +249,4 @@ def _ranges(starts: NDArray[np.int64], sizes: NDArray[np.int64]) -> NDArray[np.i
 
 
 def _too_short(element: Element) -> UserError:
-    return UserError(f"{DAMAGED} (it ends before the last of {element.count:,} rows of {show(element.name)})")
+    return UserError(f"{DAMAGED} (it ends before the last of {f'{element.count:,}'[:40]} rows of {show(element.name)})")

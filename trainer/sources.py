@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..model.errors import UserError
-from ..model.files import is_folder, show
+from ..model.files import is_folder, path_of, show
 from ..model.gallery import SUFFIX, model_path
 from ..model.mesh_file import SUFFIXES
 from ..model.model import Model
@@ -66,7 +66,7 @@ def shape_source(shape: str | Path | Arrays, options: TrainOptions) -> Source:
 
     if not isinstance(shape, (str, Path)):
         return Source(load_one)
-    path = Path(shape)
+    path = path_of(shape, "shape")
     files = (path, *([] if image is None else [image]))
     return Source(load_one, FILES_UP.get(path.suffix.lower(), DEFAULT_UP), path.stem, files)
 
@@ -108,7 +108,7 @@ def morph_source(
     if options.texture not in ("auto", "none"):
         raise UserError(f"--texture {options.texture}: a morph takes auto or none; two shapes have no image in common")
     ends = [end if isinstance(end, Model) else _end_path(str(end)) for end in (first, second)]
-    paths = [Path(end) for end in ends if isinstance(end, str)]
+    paths = [path_of(end, "shape") for end in ends if isinstance(end, str)]
 
     def load_ends(progress: TrainingProgress, _: str) -> Loaded:
         shapes, warnings = _shapes(ends, surface_of, options, progress)
