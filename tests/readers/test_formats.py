@@ -2,6 +2,7 @@
 
 import json
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,14 +14,10 @@ from mplicits import cli
 from mplicits.model.errors import UserError
 from mplicits.readers.content import Cloud, Mesh
 from mplicits.readers.read import read_shape
-from support import needs
+from support import library_files
+from support.library_files import COLORS, POINTS, TRIANGLES, write_scene
 from support.written_glb import Glb
-from support.written_shapes import CORNERS, QUADS
-
-RNG = np.random.default_rng(0)
-POINTS = RNG.uniform(-1, 1, (200, 3)) * (3, 2, 1)
-COLORS = RNG.integers(0, 256, (200, 3)) / 255
-TRIANGLES = np.array([(q[0], q[i], q[i + 1]) for q in QUADS for i in (1, 2)])
+from support.written_shapes import CORNERS
 
 
 def assert_cloud(path: Path, tolerance: float = 1e-6) -> None:
@@ -40,86 +37,31 @@ def assert_box(content: Mesh | Cloud) -> None:
 
 @pytest.mark.parametrize("ending", ["off", "3mf"])
 def test_meshes_by_trimesh(tmp_path: Path, ending: str) -> None:
-    trimesh.Trimesh(CORNERS, TRIANGLES).export(tmp_path / f"a.{ending}")
+    library_files.mesh(tmp_path / f"a.{ending}")
     assert_box(read_shape(tmp_path / f"a.{ending}"))
 
 
-def test_pcd(tmp_path: Path) -> None:
-    pypcd4: Any = needs.package("pypcd4")
-    bits = (np.round(COLORS * 255).astype(np.uint32) << np.array([16, 8, 0], np.uint32)).sum(axis=1, dtype=np.uint32)
-    columns = np.column_stack((POINTS.astype(np.float32), bits.view(np.float32)))
-    cloud = pypcd4.PointCloud.from_xyzrgb_points(columns)
-    for encoding in (pypcd4.Encoding.BINARY, pypcd4.Encoding.BINARY_COMPRESSED):
-        cloud.save(tmp_path / "a.pcd", encoding=encoding)
-        assert_cloud(tmp_path / "a.pcd")
+@pytest.mark.parametrize("encoding", ["BINARY", "BINARY_COMPRESSED"])
+def test_pcd(tmp_path: Path, encoding: str) -> None:
+    library_files.pcd(tmp_path / "a.pcd", encoding)
+    assert_cloud(tmp_path / "a.pcd")
 
 
 @pytest.mark.parametrize(("ending", "top"), [("las", 65535), ("laz", 65535), ("las", 255)])
 def test_las(tmp_path: Path, ending: str, top: int) -> None:
-    laspy: Any = needs.package("laspy")
-    needs.package("lazrs")
-    las = laspy.create(point_format=2)
-    las.header.scales, las.header.offsets = (1e-7,) * 3, (0, 0, 0)
-    las.x, las.y, las.z = POINTS.T
-    las.red, las.green, las.blue = np.round(COLORS.T * top).astype(np.uint16)
-    las.write(tmp_path / f"a.{ending}")
+    library_files.las(tmp_path / f"a.{ending}", top)
     assert_cloud(tmp_path / f"a.{ending}")
 
 
 def test_e57(tmp_path: Path) -> None:
-    pye57: Any = needs.package("pye57")
-    file = pye57.E57(str(tmp_path / "a.e57"), mode="w")
-    colors = np.round(COLORS * 255).astype(np.uint8)
-    data = {f"cartesian{axis}": POINTS[:, k] for k, axis in enumerate("XYZ")}
-    file.write_scan_raw(data | {f"color{name}": colors[:, k] for k, name in enumerate(("Red", "Green", "Blue"))})
-    file.close()
+    library_files.e57(tmp_path / "a.e57")
     assert_cloud(tmp_path / "a.e57")
 
 
-def test_draco(tmp_path: Path) -> None:
-    draco: Any = needs.package("DracoPy")
-    glb = Glb()
-    data = draco.encode(CORNERS.astype(np.float32), TRIANGLES.astype(np.uint32), quantization_bits=16)
-    mesh = draco.decode(data)
-    (number,) = [each["unique_id"] for each in mesh.attributes if each["attribute_type"] == 0]
-    position = glb.described(type="VEC3", componentType=5126, count=8)
-    index = glb.described(type="SCALAR", componentType=5125, count=36)
-    compressed = {"bufferView": glb.view(data), "attributes": {"POSITION": number}}
-    extensions = {"KHR_draco_mesh_compression": compressed}
-    write_scene(glb, {"attributes": {"POSITION": position}, "indices": index, "extensions": extensions}, tmp_path)
+@pytest.mark.parametrize("write", [library_files.draco, library_files.meshopt])
+def test_compressed_gltf(tmp_path: Path, write: Callable[[Path], None]) -> None:
+    write(tmp_path / "a.glb")
     assert_box(read_shape(tmp_path / "a.glb"))
-
-
-def test_meshopt(tmp_path: Path) -> None:
-    meshopt: Any = needs.package("meshoptimizer")
-    glb = Glb()
-    views = []
-    vertices = meshopt.encode_vertex_buffer(CORNERS.astype(np.float32), 8, 12)
-    indices = meshopt.encode_index_buffer(TRIANGLES.astype(np.uint32).ravel(), 36, 8)
-    for packed, stride, mode, count in ((vertices, 12, "ATTRIBUTES", 8), (indices, 4, "TRIANGLES", 36)):
-        data = bytes(packed)
-        view = glb.view(data)
-        described = glb.document["bufferViews"][view]
-        described["extensions"] = {
-            "EXT_meshopt_compression": {
-                "buffer": 0,
-                "byteOffset": described["byteOffset"],
-                "byteLength": len(data),
-                "byteStride": stride,
-                "mode": mode,
-                "count": count,
-            }
-        }
-        views.append(view)
-    position = glb.described(bufferView=views[0], type="VEC3", componentType=5126, count=8)
-    index = glb.described(bufferView=views[1], type="SCALAR", componentType=5125, count=36)
-    write_scene(glb, {"attributes": {"POSITION": position}, "indices": index}, tmp_path)
-    assert_box(read_shape(tmp_path / "a.glb"))
-
-
-def write_scene(glb: Glb, primitive: dict[str, Any], folder: Path) -> None:
-    glb.document |= {"meshes": [{"primitives": [primitive]}], "nodes": [{"mesh": 0}], "scenes": [{"nodes": [0]}]}
-    (folder / "a.glb").write_bytes(glb.to_bytes())
 
 
 def test_a_gltf_with_its_files(tmp_path: Path) -> None:
@@ -139,7 +81,7 @@ def test_a_missing_package_is_named_with_its_extension_and_extra(
     position = glb.described(type="VEC3", componentType=5126, count=8)
     compressed = {"bufferView": glb.view(b"DRACO"), "attributes": {"POSITION": 0}}
     extensions = {"KHR_draco_mesh_compression": compressed}
-    write_scene(glb, {"attributes": {"POSITION": position}, "extensions": extensions}, tmp_path)
+    write_scene(glb, {"attributes": {"POSITION": position}, "extensions": extensions}, tmp_path / "a.glb")
     monkeypatch.setitem(sys.modules, "DracoPy", None)
     monkeypatch.setattr("mplicits.model.extras.find_spec", lambda module: None)
     monkeypatch.delenv("MPLICITS_RUN", raising=False)

@@ -131,7 +131,7 @@ def _filled(data: bytes, random: Random) -> bytes:
     return data[:start] + random.choice((b"\0", b"\xff", b"\x7f"))[:1] * length + data[start + length :]
 
 
-def survive(cases: Iterable[Case], use: Callable[[Path], None], folder: Path, failures: Path) -> list[str]:
+def survive(cases: Iterable[Case], use: Callable[[Path], object], folder: Path, failures: Path) -> list[str]:
     """Use files of which each may raise a UserError of one line, and nothing else, within limits of time and memory.
 
     A process of its own goes on after the case that ended the one before. folder: where the files are written.
@@ -147,7 +147,7 @@ def survive(cases: Iterable[Case], use: Callable[[Path], None], folder: Path, fa
     return found
 
 
-def _run(cases: list[Case], use: Callable[[Path], None], folder: Path) -> tuple[str, str, int] | None:
+def _run(cases: list[Case], use: Callable[[Path], object], folder: Path) -> tuple[str, str, int] | None:
     """Use the files in a child process. Returns the name of one that failed, why, and how many were done; or None."""
     reader, writer = os.pipe()
     child = os.fork()
@@ -166,7 +166,7 @@ def _run(cases: list[Case], use: Callable[[Path], None], folder: Path) -> tuple[
     return name, reason[0] if reason else ended, [line.split("\t")[0] for line in lines].index(name) + 1
 
 
-def _use_all(cases: list[Case], use: Callable[[Path], None], folder: Path, report: io.TextIOBase) -> int:
+def _use_all(cases: list[Case], use: Callable[[Path], object], folder: Path, report: io.TextIOBase) -> int:
     """Use the files one after another, in the child. Returns the exit code."""
     used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY, resource.RLIM_INFINITY))
