@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from ..model.memory import check_claim
 
-PROPORTION = 32
+PROPORTION = 64
 """Bytes of memory for each byte of a file that need no check: unpacked images, numbers as doubles, and copies."""
 
 

@@ -19,7 +19,7 @@ LARGEST = {"i1": 127.0, "u1": 255.0, "i2": 32767.0, "u2": 65535.0, "u4": 4294967
 """Type -> the number that stands for 1 in a normalized accessor."""
 MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 MOST = 1 << 28  # most numbers of an accessor
-ARRAYS = 32
+ARRAYS = 96
 """Bytes that a number of an accessor takes: as a double, and in copies of the mesh."""
 
 

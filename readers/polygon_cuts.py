@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ..model.errors import UserError
 from .values import Doubles, Integers
 
-PIECE, LARGEST = 400, 1000
+PIECE, LARGEST = 1000, 2000
 """Most corners of a piece, and of one for which no diagonal is found."""
 ROUNDS = ((4, 8, 1000), (16, 16, 4000), (64, 64, 16_000), (128, 256, 64_000))
 """Number of stretches that diagonals start at, the share 1 / K of all corners that they leave on either side, and the
