@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from ..model.errors import UserError
 from ..model.files import reason_of, regular, show, silent_library
+from ..model.image_file import opened_image
 from ..model.memory import check_memory
 from .cloud import Doubles
 
@@ -108,7 +108,7 @@ def _read_npy(path: Path) -> NDArray[Any]:
 def _read_image(path: Path) -> NDArray[Any]:
     if _is_cut(path):
         raise UserError("a picture of 16 bits with colors or opacity; save it as gray of 16 bits")
-    with Image.open(path) as opened:
+    with opened_image(path) as opened:
         check_size(opened.size[::-1])
         values = np.asarray(opened.convert("RGB") if opened.mode == "P" else opened)  # a palette's numbers say nothing
     if values.dtype == np.bool_:

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from PIL import Image
 
 from ..model.errors import UserError
 from ..model.files import regular, show
+from ..model.image_file import opened_image
 from .cloud import Doubles
 
 EXIF_IFD, FOCAL_LENGTH_35MM = 0x8769, 0xA405  # EXIF's directory of camera settings, and its tag FocalLengthIn35mmFilm
@@ -73,7 +73,7 @@ def of_view(fov: float, height: int, width: int) -> Intrinsics:
 def of_photograph(image: Path, height: int, width: int) -> Intrinsics | None:
     """Return the camera for the focal length in a photograph's EXIF; None without one."""
     try:
-        with Image.open(image) as opened:
+        with opened_image(image) as opened:
             millimeters = opened.getexif().get_ifd(EXIF_IFD).get(FOCAL_LENGTH_35MM)
     except (OSError, ValueError, SyntaxError):
         return None

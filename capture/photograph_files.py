@@ -12,7 +12,7 @@ from PIL import Image
 
 from ..model.errors import UserError
 from ..model.files import reason_of, regular, show
-from ..model.image_file import open_image
+from ..model.image_file import open_image, opened_image
 from ..model.orientation import upright
 from ..model.references import Folder, UnresolvedError
 from .cloud import Doubles
@@ -152,7 +152,7 @@ def nearest_to_axes(eyes: Doubles, axes: Doubles) -> Doubles:
 def size_of(path: Path) -> tuple[int, int]:
     """Return the width and height of an image. Raises UserError."""
     try:
-        with Image.open(regular(path)) as opened:
+        with opened_image(regular(path)) as opened:
             return opened.size
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
         raise UserError(f"{show(path)}: {reason_of(error, 'not a readable image')}") from None

@@ -3,7 +3,7 @@
 import io
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,12 +23,24 @@ PROPORTION = 500
 """Bytes of memory for each byte of a file that need no check: photographs of few colors are that small."""
 
 
+DECODED = ("AVIF", "BMP", "DDS", "GIF", "ICO", "JPEG", "JPEG2000", "MPO", "PNG", "PPM", "TGA", "TIFF", "WEBP")
+"""Formats that Pillow decodes itself. It would start other programs for some others, such as Ghostscript for EPS."""
+
+
+def opened_image(source: "Path | BinaryIO") -> "Image":
+    """Open an image of one of the formats `DECODED`: its header is read. Raises what Pillow does."""
+    from PIL import Image
+
+    Image.init()
+    return Image.open(source, formats=[name for name in DECODED if name in Image.OPEN])
+
+
 def open_image(path: Path, option: str) -> "Image":
     """Read an image as the file stores it. option: the option that names the file. Raises UserError."""
     from PIL import Image
 
     try:
-        image = Image.open(regular(path))
+        image = opened_image(regular(path))
         needed = BYTES * image.width * image.height
         check_claim(needed - PROPORTION * path.stat().st_size, f"{option} {show(path)}")
         check_memory(needed, f"{option} {show(path)}", "shrink it")

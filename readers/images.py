@@ -11,7 +11,7 @@ from PIL import Image
 
 from ..model.errors import UserError
 from ..model.files import show
-from ..model.image_file import open_image
+from ..model.image_file import open_image, opened_image
 from ..model.references import MISSING, UnresolvedError
 from .claims import Claims
 from .named_files import NamedFiles
@@ -78,7 +78,7 @@ class Images:
 
     def _decode(self, data: bytes) -> NDArray[np.uint8] | None:
         try:
-            with Image.open(io.BytesIO(data)) as opened:
+            with opened_image(io.BytesIO(data)) as opened:
                 width, height = opened.size
                 size = width * height
                 self._claims.take(KEPT * size, f"an image of {width:,} x {height:,} pixels", DECODING * size)

@@ -92,6 +92,7 @@ def test_what_brings_a_process_down_is_one_line(decode: Decoder, says: str, monk
     assert time.monotonic() - started < 10
 
 
+@pytest.mark.usefixtures("usual_signals")
 def test_ctrl_c_ends_the_wait_and_the_process() -> None:
     one = Child()
     one.call(decoders.printing, (), 1)

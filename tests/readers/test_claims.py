@@ -10,6 +10,7 @@ import pytest
 from PIL import Image
 
 from mplicits.model.errors import UserError
+from mplicits.model.image_file import open_image
 from mplicits.readers.content import Mesh
 from mplicits.readers.polygons import triangulated
 from mplicits.readers.read import read_shape
@@ -67,9 +68,9 @@ def test_an_image_of_many_materials_is_decoded_once(tmp_path: Path, monkeypatch:
     opened: list[object] = []
     real = Image.open
 
-    def counted(file: io.BytesIO) -> Image.Image:
+    def counted(file: io.BytesIO, **options: Any) -> Image.Image:
         opened.append(file)
-        return real(file)
+        return real(file, **options)
 
     monkeypatch.setattr(Image, "open", counted)
     mesh = read_shape(materials(tmp_path, 200))
@@ -111,3 +112,16 @@ def test_a_large_polygon_that_crosses_itself_is_a_fan() -> None:
     points = np.random.default_rng(0).random((1500, 3)) * (1, 1, 0)
     triangles, _ = triangulated(points, np.array([1500]), np.arange(1500))
     assert triangles.tolist() == [[0, k, k + 1] for k in range(1, 1499)]
+
+
+def test_no_image_starts_another_program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pillow gives PostScript to Ghostscript."""
+    monkeypatch.setattr("subprocess.check_call", lambda *_, **__: pytest.fail("a program is started"))
+    (tmp_path / "skin.eps").write_text("%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 4 4\n%%EndComments\n")
+    (tmp_path / "a.mtl").write_text("newmtl a\nmap_Kd skin.eps\n")
+    (tmp_path / "a.obj").write_text(f"mtllib a.mtl\n{TRIANGLE}usemtl a\nf 1/1 2/2 3/3\n")
+    mesh = read_shape(tmp_path / "a.obj")
+    assert isinstance(mesh, Mesh)
+    assert mesh.paint is None
+    with pytest.raises(UserError, match="not a readable image"):
+        open_image(tmp_path / "skin.eps", "--texture")

@@ -56,6 +56,7 @@ def test_the_page_displays_the_model_s_size_and_the_field_s_error(opened: Visit)
     assert f"20x0 > 32x0 · {MODEL.parameters():,} parameters" in opened.page.inner_text("header")
     assert float(opened.root("error") or "nan") < 5e-6
     opened.saved()
+    opened.until("!document.getElementById('status').innerText.includes('trying')")
     time, field = opened.page.inner_text("#status").splitlines()
     assert re.fullmatch(r"[\d.]+ m?s · 128 × 128 · \d+ samples", time)
     assert re.fullmatch(r"field error \d\.\de-\d · weights as (literals|a texture)", field)
