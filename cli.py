@@ -18,7 +18,7 @@ from .api.hooks import describe_surface, loose_components, pack, pictures, surfa
 from .demo import demo_verb
 from .model.errors import UserError
 from .model.extras import advice, install_and_repeat
-from .model.files import show
+from .model.files import inputs_kept, show
 from .model.interrupts import ENDINGS, INTERRUPTED, ended_by
 from .model.verb import Verb
 from .model.version import installed_version
@@ -93,7 +93,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         with warnings.catch_warnings():
             if not sys.warnoptions:  # Libraries warn their callers, not the user; python -W shows it.
                 warnings.simplefilter("ignore")
-            code = _perform(argv)
+            with inputs_kept():
+                code = _perform(argv)
         sys.stdout.flush()
     except (Exception, KeyboardInterrupt) as error:
         ending = _ending(error, argv)

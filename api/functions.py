@@ -207,14 +207,16 @@ def report(
     return page(model.model if isinstance(model, Field) else load_model(model_path(str(model))), **paths, follow=follow)
 
 
-def compose(scene: str | Path) -> Field:
+def compose(scene: str | Path, *, follow: bool = False) -> Field:
     """Place and join models as one model. scene: path of a TOML file (docs/scenes.md).
+
+    follow: read also models outside of its folder.
 
     Raises UserError, which names the file, the line and the key.
     """
     from ..scenes.compose import compose as composed
 
-    return Field(composed(path_of(scene, "scene")))
+    return Field(composed(path_of(scene, "scene"), follow))
 
 
 @takes(ImportOptions)

@@ -25,10 +25,28 @@ FRESH = 10.0
 
 READER = 5.0
 """Seconds that the reader of a pipe has to come."""
-NAMED: dict[str, None] = {}
-"""Absolute paths of what this process read because a file or an option named it: nothing overwrites these files."""
 NO_PROMISE = (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP)
 """Error numbers of file systems that do not support fsync."""
+
+
+_named: dict[Path, None] | None = None  # what a command reads; None outside of commands
+
+
+@contextlib.contextmanager
+def inputs_kept() -> Iterator[dict[Path, None]]:
+    """Let nothing overwrite the files that `note_input` names meanwhile. Yields their absolute paths."""
+    global _named  # noqa: PLW0603 (one command runs at a time)
+    _named = {}
+    try:
+        yield _named
+    finally:
+        _named = None
+
+
+def note_input(path: Path) -> None:
+    """Note a file that is read because another file or an option names it."""
+    if _named is not None:
+        _named[path.absolute()] = None
 
 
 def is_folder(path: Path) -> bool:
@@ -97,11 +115,11 @@ def check_writable(
 ) -> None:
     """Check, before long work, that `write_whole` can write a path without a loss for the user.
 
-    reads: input files, which are never overwritten, like those in `NAMED`. kind: of the output; only `force` overwrites
-    a file of another kind; None: nothing does, because the user did not choose the name. Raises UserError.
+    reads: input files, which are never overwritten, like those of `note_input`. kind: of the output; only `force`
+    overwrites a file of another kind; None: nothing does, because the user did not choose the name. Raises UserError.
     """
     try:
-        if path.exists() and any(other.exists() and path.samefile(other) for other in (*reads, *map(Path, NAMED))):
+        if path.exists() and any(other.exists() and path.samefile(other) for other in (*reads, *(_named or ()))):
             raise UserError(f"cannot write {show(path)}: it is the input; name another file with -o")
         target = path if is_special(path) else Path(os.path.realpath(path))
         if target.is_dir():

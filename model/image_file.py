@@ -1,7 +1,6 @@
 """Reads the image files that a user names, and writes PNG."""
 
 import io
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
@@ -9,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import UserError
-from .files import NAMED, reason_of, regular, show
+from .files import note_input, reason_of, regular, show
 from .kinds import MARK
 from .memory import check_claim, check_memory
 
@@ -45,7 +44,7 @@ def open_image(path: Path, option: str) -> "Image":
         check_claim(needed - PROPORTION * path.stat().st_size, f"{option} {show(path)}")
         check_memory(needed, f"{option} {show(path)}", "shrink it")
         image.load()
-        NAMED[os.path.abspath(path)] = None
+        note_input(path)
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
         raise UserError(f"{option} {show(path)}: {reason_of(error, 'not a readable image')}") from None
     return image

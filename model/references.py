@@ -12,7 +12,7 @@ from functools import cached_property
 from pathlib import Path
 
 from .errors import UserError
-from .files import NAMED, show
+from .files import note_input, show
 from .options import option
 
 MISSING = "not found beside the file"
@@ -65,7 +65,7 @@ class Folder:
             raise UnresolvedError(text, MISSING)
         if not stat.S_ISREG(kind):
             raise UnresolvedError(text, NO_FILE)
-        NAMED[os.path.abspath(path)] = None
+        note_input(path)
         return path
 
     def find(self, name: str | Path) -> Path | None:

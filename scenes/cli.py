@@ -6,6 +6,7 @@ from pathlib import Path
 
 from ..model.gallery import SUFFIX
 from ..model.options import Options, argument
+from ..model.references import follow_option
 from ..model.verb import Verb, force_option, output_option
 
 
@@ -15,6 +16,7 @@ class ComposeCommand(Options):
 
     scene: Path = argument("SCENE", "scene (.toml): models, their placements, and the operations that join them")
     output: Path | None = output_option("M", "model file (default: SCENE's name, .safetensors)")
+    follow: bool = follow_option()
     force: bool = force_option()
 
 
@@ -28,7 +30,7 @@ def _compose(command: ComposeCommand) -> None:
     from .scene_file import read_scene
 
     output = command.output or Path(command.scene.stem + SUFFIX)
-    scene = read_scene(command.scene)
+    scene = read_scene(command.scene, command.follow)
     check_writable(output, scene.files, kind=MODEL, force=command.force)
     model = composed(scene)
     save(model, output)

@@ -38,9 +38,9 @@ Balls = list[tuple[Values, Values]]
 """Centers (T, 3) and radii (T,) of balls at TIMES."""
 
 
-def compose(scene: Path | str) -> Model:
-    """Read the file of a scene and return its model. Raises UserError."""
-    return composed(read_scene(Path(scene)))
+def compose(scene: Path | str, follow: bool = False) -> Model:
+    """Read the file of a scene and return its model. follow: of `Folder`. Raises UserError."""
+    return composed(read_scene(Path(scene), follow))
 
 
 def composed(read: SceneFile) -> Model:

@@ -15,6 +15,7 @@ from ..model.gallery import FOLDER, SUFFIX, names
 from ..model.model import MOST_MODELS, Model
 from ..model.model_file import load
 from ..model.orientation import check_front
+from ..model.references import Folder, UnresolvedError
 from ..model.scene import (
     MOST_DEPTH,
     MOST_SHAPES,
@@ -79,15 +80,16 @@ class SceneFile:
     """All files that were read."""
 
 
-def read_scene(path: Path) -> SceneFile:
-    """Read and check a scene. Raises UserError, which names the file, the line and the key."""
-    return _Reader().scene(path, [])
+def read_scene(path: Path, follow: bool = False) -> SceneFile:
+    """Read and check a scene. follow: of `Folder`. Raises UserError, which names the file, the line and the key."""
+    return _Reader(follow).scene(path, [])
 
 
 class _Reader:
     """Reads a scene and its inner scenes, and loads each model once."""
 
-    def __init__(self) -> None:
+    def __init__(self, follow: bool) -> None:
+        self._follow = follow
         self._models: list[Model] = []
         self._first: dict[Path, int] = {}
         """Path of a model -> index of the model, or of its first shape if it is a scene."""
@@ -148,7 +150,7 @@ class _Reader:
         if not isinstance(named, str) or not named or "\0" in named:
             raise UserError(f"{where}.model: a part has a model, or parts of its own")
         placement, time = placed(values, where), expression(values, "time", Expression("t"), where)
-        source = _source(path, named, f"{where}.model")
+        source = _source(Folder(path.parent, self._follow), named, f"{where}.model")
         if source.suffix.lower() == ".toml":
             if source.resolve() in outer:
                 raise UserError(f"{where}.model: {show(named)} is a scene that contains itself")
@@ -210,15 +212,13 @@ def _bytes(path: Path) -> bytes:
         raise UserError(f"{show(path)}: {show(getattr(error, 'strerror', None) or str(error))}") from None
 
 
-def _source(path: Path, named: str, key: str) -> Path:
-    """Return the file of a part: beside the scene, or in the gallery. Raises UserError."""
-    beside = path.parent / named
+def _source(folder: Folder, named: str, key: str) -> Path:
+    """Return the file of a part: below the scene's folder, or in the gallery. Raises UserError."""
     try:
-        found = beside.is_file()
-    except (OSError, ValueError):
-        found = False
-    if found:
-        return beside
+        if (found := folder.find(named)) is not None:
+            return found
+    except UnresolvedError as error:
+        raise UserError(f"{key}: {error}") from None
     if named in names():
         return FOLDER / (named + SUFFIX)
     raise UserError(f"{key}: {show(named)}: no such file, and not in the gallery: {', '.join(names())}")

@@ -16,7 +16,6 @@ from tqdm import tqdm
 from mplicits import cli
 from mplicits.model import extras
 from mplicits.model.errors import UserError
-from mplicits.model.files import NAMED
 from mplicits.model.image_file import png_bytes
 from mplicits.model.model_file import save
 from mplicits.model.options import Options
@@ -146,7 +145,6 @@ def test_images_that_a_mesh_names_are_not_overwritten(
         ["check", str(mesh)],
         ["check", str(bare), "--texture", str(picture)],
     ):
-        NAMED.clear()  # as in a process of its own
         assert cli.main([*argv, "-o", str(picture)]) == 2
         assert "it is the input" in capsys.readouterr().err.splitlines()[-1]
         assert picture.read_bytes() == before

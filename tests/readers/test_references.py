@@ -10,7 +10,7 @@ from PIL import Image
 from mplicits import check, cli
 from mplicits.capture.folder import read_photographs
 from mplicits.model.errors import UserError
-from mplicits.model.files import NAMED
+from mplicits.model.files import inputs_kept
 from mplicits.model.references import OUTSIDE
 from mplicits.readers.content import Mesh
 from mplicits.readers.read import read_shape
@@ -82,17 +82,18 @@ def gltf_with_buffer(name: str, folder: Path) -> Path:
 def test_an_image_elsewhere_is_a_warning_that_names_it(write, name: str, inside: Path) -> None:  # type: ignore[no-untyped-def]
     (inside / "link.png").symlink_to("../out.png")
     path = write(name, inside)
-    NAMED.clear()
-    mesh = read_shape(path)
+    with inputs_kept() as read:
+        mesh = read_shape(path)
     assert isinstance(mesh, Mesh)
     assert mesh.paint is None
     assert any(f"{name.replace('%2e', '.')}: {OUTSIDE}" in line for line in mesh.facts.warnings)
-    assert all(Path(file).parent == inside for file in NAMED)
-    followed = read_shape(path, follow=True)
+    assert all(Path(file).parent == inside for file in read)
+    with inputs_kept() as read:
+        followed = read_shape(path, follow=True)
     assert isinstance(followed, Mesh)
     assert followed.paint is not None
     assert followed.facts.warnings == []
-    assert (inside / "../out.png").resolve() in {Path(file).resolve() for file in NAMED}
+    assert (inside / "../out.png").resolve() in {Path(file).resolve() for file in read}
 
 
 def test_a_path_of_another_machine_is_found_beside_the_file(inside: Path) -> None:

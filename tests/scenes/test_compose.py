@@ -324,3 +324,12 @@ def test_compose_never_overwrites_a_part(tmp_path: Path, capsys: pytest.CaptureF
         assert "it is the input" in capsys.readouterr().err
         assert (tmp_path / name).read_bytes() == before
     assert (tmp_path / "ball.safetensors").read_bytes() == ball
+
+
+def test_a_model_elsewhere_needs_follow(tmp_path: Path) -> None:
+    write_balls(tmp_path)
+    (inside := tmp_path / "inside").mkdir()
+    (inside / "scene.toml").write_text(PART.replace("ball.safetensors", "../ball.safetensors"))
+    with pytest.raises(UserError, match=r"outside of the folder; --follow reads it"):
+        mplicits.compose(inside / "scene.toml")
+    assert mplicits.compose(inside / "scene.toml", follow=True).model.scene is not None
