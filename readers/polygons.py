@@ -2,8 +2,11 @@
 
 import numpy as np
 
-from .polygon_cuts import pieces
+from ..model.errors import UserError
 from .values import Doubles, Integers
+
+MOST_CORNERS = 1 << 15
+"""Most corners of a polygon that is not convex: the time to cut it grows with their square, to some seconds."""
 
 
 def triangulated(vertices: Doubles, sizes: Integers, corners: Integers) -> tuple[Integers, Integers]:
@@ -11,6 +14,7 @@ def triangulated(vertices: Doubles, sizes: Integers, corners: Integers) -> tuple
 
     vertices: (V, 3). sizes: (P,), corners of each polygon. corners: (sum of sizes,), indices of vertices. Returns the
     triangles (F, 3), as places in `corners`, and the polygon (F,) of each. Polygons of fewer than three corners vanish.
+    Raises UserError for too large ones.
     """
     starts = np.cumsum(sizes) - sizes
     triangles, owners = [], []
@@ -51,20 +55,19 @@ def _concave(polygons: Doubles) -> np.typing.NDArray[np.bool_]:
 def _ears(polygon: Doubles, fan: Integers) -> Integers:
     """Cut one polygon (N, 3) by its ears; the fan, where it crosses itself. Returns triangles (N - 2, 3).
 
-    Raises UserError as `pieces` does.
+    Raises UserError for more than `MOST_CORNERS`.
     """
-    from igl.predicates import ear_clipping
+    from mapbox_earcut import triangulate_float64
 
+    if len(polygon) > MOST_CORNERS:
+        raise UserError(f"a polygon of {len(polygon):,} corners that is not convex; triangulate the mesh")
     normal = _normals(polygon[None])[0]
     axis = int(np.abs(normal).argmax())
     flat = np.delete(polygon - polygon[0], axis, axis=1)
-    # Without the axis y, the other two have the opposite orientation.
-    if (normal[axis] < 0) != (axis == 1):
-        flat = flat[:, ::-1]
-    found = []
-    for corners in pieces(flat):
-        whole, cut = ear_clipping(np.ascontiguousarray(flat[corners]))
-        if not whole or len(cut) != len(corners) - 2:
-            return fan
-        found.append(corners[np.asarray(cut, np.int64)])
-    return np.concatenate(found)
+    cut = triangulate_float64(flat, np.array([len(flat)], np.uint32)).astype(np.int64).reshape(-1, 3)
+    if len(cut) != len(fan):
+        return fan
+    # The library's triangles have one orientation, whatever the polygon's.
+    edges = flat[cut[:, 1:]] - flat[cut[:, :1]]
+    area = float(np.linalg.det(edges).sum()) * (-1 if axis == 1 else 1)
+    return cut if (area > 0) == (normal[axis] > 0) else cut[:, ::-1]

@@ -12,7 +12,7 @@ from PIL import Image
 from mplicits.model.errors import UserError
 from mplicits.model.image_file import open_image
 from mplicits.readers.content import Mesh
-from mplicits.readers.polygons import triangulated
+from mplicits.readers.polygons import MOST_CORNERS, triangulated
 from mplicits.readers.read import read_shape
 from support.growing_files import TRIANGLE, gltf, materials, png, polygon
 
@@ -112,6 +112,13 @@ def test_a_large_polygon_that_crosses_itself_is_a_fan() -> None:
     points = np.random.default_rng(0).random((1500, 3)) * (1, 1, 0)
     triangles, _ = triangulated(points, np.array([1500]), np.arange(1500))
     assert triangles.tolist() == [[0, k, k + 1] for k in range(1, 1499)]
+
+
+def test_a_polygon_that_would_take_minutes_is_refused() -> None:
+    count = MOST_CORNERS + 1
+    points = np.random.default_rng(0).random((count, 3)) * (1, 1, 0)
+    with pytest.raises(UserError, match="a polygon of 32,769 corners that is not convex; triangulate the mesh"):
+        triangulated(points, np.array([count]), np.arange(count))
 
 
 def test_no_image_starts_another_program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
