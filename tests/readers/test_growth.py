@@ -10,7 +10,7 @@ from mplicits.readers.read import read_shape
 from support.growing_files import FILES
 
 MOST = 12.0  # times as long for ten times as much
-FLOOR = 0.1  # seconds that are not compared
+FLOOR = 0.2  # seconds that are not compared
 
 
 def seconds(path: Path) -> float:
