@@ -41,7 +41,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Mark tests with `needs.data`, and let files that need a browser begin: short ones fill the cores at the end.
+    """Mark tests with `needs.data`, and let the long files begin: short ones fill the cores at the end.
 
     Leaves out what --part does.
     """
@@ -59,7 +59,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         ]
         config.hook.pytest_deselected(items=left_out)
         items[:] = [item for item in items if item not in set(left_out)]
-    long = {item.path for item in items if "browser" in getattr(item, "fixturenames", ())}
+    long = {item.path for item in items if {"browser", "shipped"} & {*getattr(item, "fixturenames", ())}}
     items.sort(key=lambda item: item.path not in long)
 
 
