@@ -9,7 +9,7 @@ from ..model.errors import UserError
 from .clouds import EMPTY, finite_cloud
 from .content import Cloud, Facts, Mesh
 from .images import Missing, picture_of
-from .paint import Material, Paint, joined_paint
+from .paint import UNREAL, Material, Paint, joined_paint
 from .values import CornerValues, joined
 
 
@@ -77,7 +77,7 @@ def _paint(visual: Any, faces: Any, vertices: int, facts: Facts) -> Paint | None
         image = getattr(material, "image", None) if image is None else image
         facts.unwrapped = uv is not None and len(uv) == vertices
         if facts.unwrapped and not np.isfinite(uv).all():
-            raise UserError("texture coordinates are not finite (NaN or infinity); repair the file, or --texture none")
+            raise UserError(UNREAL)
         if facts.unwrapped and image is not None:
             return Paint((Material(picture_of(image)),), whole, CornerValues(np.asarray(uv, np.float64)[:, :2], faces))
         if facts.unwrapped:

@@ -13,10 +13,10 @@ from .gltf_accessors import accessor, doubles, normalized
 from .gltf_draco import decompressed
 from .gltf_file import DAMAGED, Gltf, extension
 from .gltf_materials import Materials, Painted
+from .paint import UNREAL
 from .values import Doubles, Integers
 
 POINTS, TRIANGLES, STRIP, FAN = 0, 4, 5, 6
-UNREAL = "texture coordinates are not finite (NaN or infinity); repair the file, or --texture none"
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,9 +83,7 @@ class Primitives:
         uv = arrays.get(f"TEXCOORD_{painted.coordinates}")
         if uv is not None:
             if not np.isfinite(uv).all():
-                raise UserError(
-                    "texture coordinates are not finite (NaN or infinity); repair the file, or --texture none"
-                )
+                raise UserError(UNREAL)
             if painted.transform is not None:
                 uv = np.concatenate((uv, np.ones((len(uv), 1))), axis=1) @ painted.transform.T
             uv = uv * (1, -1) + (0, 1)

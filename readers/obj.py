@@ -15,6 +15,7 @@ from .clouds import EMPTY, finite_cloud
 from .columns import untyped_colors
 from .content import Cloud, Facts, Mesh
 from .obj_paint import obj_paint
+from .paint import UNREAL
 from .polygons import triangulated
 from .text_numbers import numbers
 from .values import CornerValues, Doubles, Integers
@@ -64,7 +65,7 @@ def read_obj(path: Path, image: Path | None, chosen: Sequence[str] | None = None
     has_uv = index[:, :, 1] != NONE
     uv = CornerValues(coordinates[:, :2], np.maximum(index[:, :, 1], 0)) if has_uv.any() else None
     if uv is not None and not np.isfinite(uv.values).all():
-        raise UserError("texture coordinates are not finite (NaN or infinity); repair the file, or --texture none")
+        raise UserError(UNREAL)
     facts.unwrapped = uv is not None
     painted = None if colors is None else CornerValues(colors, index[:, :, 0])
     names, material = _materials_of(lines, owners)

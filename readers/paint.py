@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 from ..model.srgb import to_linear, to_srgb
 from .values import CornerValues, Doubles, Integers, joined
 
+UNREAL = "texture coordinates are not finite (NaN or infinity); repair the file, or --texture none"
+"""Message about texture coordinates."""
 WRAPS: dict[str, Callable[[Integers, int], Integers]] = {
     "repeat": lambda at, size: at % size,
     "clamp": lambda at, size: np.clip(at, 0, size - 1),

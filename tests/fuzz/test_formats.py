@@ -5,10 +5,8 @@ decoders keep their process from case to case, unless it ends.
 """
 
 import io
-import os
 import socket
 import sys
-import time
 import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -24,7 +22,7 @@ from mplicits.readers.child import Child, Decoder
 from mplicits.readers.frames import Arrays
 from mplicits.readers.read import read_shape
 from support.colmap import write_colmap
-from support.fuzzing import Case, damaged, survive
+from support.fuzzing import Case, damaged, fresh_seed, survive
 from support.library_files import WRITERS
 from support.standby import standby
 
@@ -162,8 +160,7 @@ def test_damage_ends_in_one_line_and_contacts_nothing(kind: str, tmp_path: Path)
 @pytest.mark.usefixtures("lasting")
 @pytest.mark.parametrize("kind", [*FORMATS, "colmap"])
 def test_fresh_damage_ends_in_one_line_and_contacts_nothing(kind: str, tmp_path: Path) -> None:
-    seed = int(os.environ.get("MPLICITS_FUZZ_SEED") or time.time_ns() // 1_000_000)
-    print(f"MPLICITS_FUZZ_SEED={seed}")
+    seed = fresh_seed()
     check(kind, MANY, seed, tmp_path)
 
 

@@ -5,7 +5,6 @@ one of these again. A case that failed is kept in tests/fuzz/cases, and tried fr
 """
 
 import os
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from random import Random
@@ -25,7 +24,7 @@ from mplicits.scenes.compose import compose
 from mplicits.trainer.checkpoint import read_network
 from mplicits.trainer.part import Part
 from mplicits.trainer.shapes.load import load_shape
-from support.fuzzing import Case, damaged, damaged_model, survive
+from support.fuzzing import Case, damaged, damaged_model, fresh_seed, survive
 from support.packed_model import packed_model
 from support.random_model import random_model
 from support.scene_models import SCENE
@@ -207,8 +206,7 @@ def test_what_failed_once_does_not_fail_again(tmp_path: Path, monkeypatch: pytes
 @pytest.mark.parametrize("kind", KINDS)
 def test_fresh_damage_ends_in_one_line(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    seed = int(os.environ.get("MPLICITS_FUZZ_SEED") or time.time_ns() // 1_000_000)
-    print(f"MPLICITS_FUZZ_SEED={seed}")
+    seed = fresh_seed()
     use, count = KINDS[kind]
     found = survive(cases(kind, MANY * count, seed, tmp_path), use, tmp_path, CASES)
     assert found == [], f"seed {seed}"

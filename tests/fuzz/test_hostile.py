@@ -6,9 +6,7 @@ those that failed once in tests/fuzz/cases.
 
 import base64
 import json
-import os
 import re
-import time
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -39,7 +37,7 @@ from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.demo import DemoShape
 from mplicits.trainer.trained import resumed, same_training
 from support import hostile
-from support.fuzzing import Case, survive
+from support.fuzzing import Case, fresh_seed, survive
 from support.random_model import random_model
 
 CASES = Path(__file__).parent / "cases"
@@ -366,8 +364,7 @@ def test_fresh_absurd_content_ends_in_a_result_or_one_line(
     kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    seed = int(os.environ.get("MPLICITS_FUZZ_SEED") or time.time_ns() // 1_000_000)
-    print(f"MPLICITS_FUZZ_SEED={seed}")
+    seed = fresh_seed()
     _, use, _, count = KINDS[kind]
     found = survive(cases(kind, MANY * count, seed), use, tmp_path, CASES)
     assert found == [], f"seed {seed}"

@@ -5,13 +5,11 @@ Damaged files have a seed that stays the same; the slow test takes a new one fro
 
 import base64
 import json
-import os
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from random import Random
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pytest
 from safetensors.numpy import load as tensors_of
@@ -21,7 +19,8 @@ from mplicits.model.errors import UserError
 from mplicits.model.model_file import load, to_bytes
 from mplicits.web.facts import facts_json
 from mplicits.web.page import PRINTER, script
-from support.fuzzing import damaged_model
+from support.changed_header import changed, describe
+from support.fuzzing import damaged_model, fresh_seed
 from support.packed_model import packed_model
 from support.random_model import random_model
 
@@ -82,19 +81,6 @@ def check(files: list[bytes], page_verdicts: Verdicts, folder: Path) -> int:
     return refused
 
 
-def changed(data: bytes, change: Callable[[dict[str, Any], dict[str, Any]], None]) -> bytes:
-    """Return a model file whose header (first argument) and description (second) are changed."""
-    end = 8 + int.from_bytes(data[:8], "little")
-    header = json.loads(data[8:end])
-    description = json.loads(header["__metadata__"]["model"])
-    change(header, description)
-    if isinstance(header.get("__metadata__"), dict) and "model" in header["__metadata__"]:
-        header["__metadata__"]["model"] = json.dumps(description)
-    text = json.dumps(header).encode()
-    text += b" " * (-len(text) % 8)
-    return len(text).to_bytes(8, "little") + text + data[end:]
-
-
 def stray(data: bytes) -> bytes:
     """Return a packed file with a tensor of the model beside the packed ones."""
     header = json.loads(data[8 : 8 + int.from_bytes(data[:8], "little")])
@@ -103,22 +89,27 @@ def stray(data: bytes) -> bytes:
     return to_safetensors(tensors, header["__metadata__"])
 
 
+def described(**values: object) -> Callable[[bytes], bytes]:
+    """Return a change of values of the description."""
+    return lambda data: changed(data, describe(lambda description: description.update(values)))
+
+
 WRONG: dict[str, tuple[str, Callable[[bytes], bytes]]] = {
-    "lipschitz": ("packed", lambda data: changed(data, lambda _, d: d["levels"][0].update(lipschitz=-1.0))),
-    "scale": ("packed", lambda data: changed(data, lambda _, d: d.update(scale=0))),
-    "centre": ("packed", lambda data: changed(data, lambda _, d: d.update(centre=[0, 0]))),
-    "no provenance": ("plain", lambda data: changed(data, lambda _, d: d.pop("provenance"))),
+    "lipschitz": ("packed", lambda data: changed(data, describe(lambda d: d["levels"][0].update(lipschitz=-1.0)))),
+    "scale": ("packed", described(scale=0)),
+    "centre": ("packed", described(centre=[0, 0])),
+    "no provenance": ("plain", lambda data: changed(data, describe(lambda d: d.pop("provenance")))),
     "trailing bytes": ("packed", lambda data: data + b"12345678"),
     "trailing bytes of a plain file": ("plain", lambda data: data + b"\0"),
     "a stray tensor": ("packed", stray),
     "version 3 without the packed tensor": (
         "plain",
-        lambda data: changed(data, lambda h, _: h["__metadata__"].update(version="3")),
+        lambda data: changed(data, lambda h: h["__metadata__"].update(version="3")),
     ),
-    "a number as version": ("plain", lambda data: changed(data, lambda h, _: h["__metadata__"].update(version=1))),
+    "a number as version": ("plain", lambda data: changed(data, lambda h: h["__metadata__"].update(version=1))),
     "more weights than are read": (
         "packed",
-        lambda data: changed(data, lambda _, d: d["packed"].update(level1=[3, 4000, 4000, 1])),
+        lambda data: changed(data, describe(lambda d: d["packed"].update(level1=[3, 4000, 4000, 1]))),
     ),
 }
 
@@ -145,6 +136,5 @@ def test_damaged_files_have_one_verdict(page_verdicts: Verdicts, tmp_path: Path)
 
 @pytest.mark.slow
 def test_fresh_damage_has_one_verdict(page_verdicts: Verdicts, tmp_path: Path) -> None:
-    seed = int(os.environ.get("MPLICITS_FUZZ_SEED", time.time_ns()))
-    print(f"MPLICITS_FUZZ_SEED={seed}")
+    seed = fresh_seed()
     assert check(cases(seed, 10_000), page_verdicts, tmp_path) > 5000

@@ -135,3 +135,8 @@ def test_damaged_codes_cause_only_user_errors(model: Model) -> None:
         except UserError:
             refused += 1
     assert refused > 190
+
+
+def test_more_weights_than_are_read_in_seconds_are_refused() -> None:
+    with pytest.raises(UserError, match="packed: 16,016,000 weights; at most 4,194,304 are read"):
+        unpack({"level1": [3, 4000, 4000, 1]}, bytes(1 << 21))

@@ -8,6 +8,7 @@ import resource
 import shutil
 import signal
 import sys
+import time
 import traceback
 from collections.abc import Callable, Iterable
 from contextlib import redirect_stderr, redirect_stdout
@@ -41,6 +42,13 @@ ODD = [
 
 Case = tuple[str, bytes]
 """The name of a file, and what is in it."""
+
+
+def fresh_seed() -> int:
+    """Return a new seed, or that of MPLICITS_FUZZ_SEED, and print it."""
+    seed = int(os.environ.get("MPLICITS_FUZZ_SEED") or time.time_ns() // 1_000_000)
+    print(f"MPLICITS_FUZZ_SEED={seed}")
+    return seed
 
 
 def damaged(data: bytes, random: Random) -> bytes:

@@ -1,6 +1,5 @@
 """The page with other models: dropped ones, valid and broken, and one whose name is code."""
 
-import json
 import struct
 from collections.abc import Callable
 from dataclasses import replace
@@ -22,6 +21,7 @@ from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
 from mplicits.web.page import SHADERS, standalone
 from support.browser import Visit, visit
+from support.changed_header import changed, describe
 from support.fitted_model import fitted_model
 from support.page_pictures import MODEL, desktop, differ
 from support.random_model import random_model
@@ -32,26 +32,6 @@ if TYPE_CHECKING:
 HOSTILE = "</script><script>alert(1)</script>"
 """A model's name that would run, were it not escaped."""
 pytestmark = pytest.mark.slow
-
-
-def changed(data: bytes, change: Callable[[dict[str, Any]], None]) -> bytes:
-    """Return the bytes of a model file after a change of its header."""
-    (length,) = struct.unpack("<Q", data[:8])
-    header = json.loads(data[8 : 8 + length])
-    change(header)
-    text = json.dumps(header).encode()
-    return struct.pack("<Q", len(text)) + text + data[8 + length :]
-
-
-def describe(change: Callable[[dict[str, Any]], None]) -> Callable[[dict[str, Any]], None]:
-    """Return a change of the header that changes the JSON description inside it."""
-
-    def inside(header: dict[str, Any]) -> None:
-        description = json.loads(header["__metadata__"]["model"])
-        change(description)
-        header["__metadata__"]["model"] = json.dumps(description)
-
-    return inside
 
 
 def overlap(header: dict[str, Any]) -> None:
