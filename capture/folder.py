@@ -40,14 +40,15 @@ def read_photographs(
     layout = _layout(Folder(folder, follow), camera_size, sphere, up)
     if len(layout.files) < FEWEST:
         raise UserError(f"{show(folder)}: {len(layout.files)} photographs with cameras; at least {FEWEST} are needed")
-    factor = scale or min(1.0, (PIXELS / sum(file.size[0] * file.size[1] for file in layout.files)) ** 0.5)
+    pixels = sum(file.size[0] * file.size[1] for file in layout.files)
+    factor = scale or min(1.0, (PIXELS / pixels) ** 0.5)
+    if factor**2 * pixels > MOST_PIXELS:
+        raise UserError(f"{show(folder)}: too many pixels for the memory; set a smaller --scale")
     loaded: Loaded = {}
     photographs = tuple(load_photograph(file, factor, layout.to_model, loaded) for file in layout.files)
     masks = [view.mask for view in photographs if view.mask is not None]
     if masks and not any(mask.any() for mask in masks):
         raise UserError(f"{show(folder)}: all masks are black; white is where the object is")
-    if sum(view.colors.size // 3 for view in photographs) > MOST_PIXELS:
-        raise UserError(f"{show(folder)}: too many pixels for the memory; set a smaller --scale")
     warnings = list(layout.warnings)
     if 0 < len(masks) < len(photographs):
         warnings.append(f"{len(photographs) - len(masks)} photographs have no mask: ignoring all masks")

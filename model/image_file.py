@@ -18,9 +18,6 @@ if TYPE_CHECKING:
 
 BYTES = 24
 """Memory that a pixel of an image takes, as bytes and as converted copies."""
-PROPORTION = 500
-"""Bytes of memory for each byte of a file that need no check: photographs of few colors are that small."""
-
 
 DECODED = ("AVIF", "BMP", "DDS", "GIF", "ICO", "JPEG", "JPEG2000", "MPO", "PNG", "PPM", "TGA", "TIFF", "WEBP")
 """Formats that Pillow decodes itself. It would start other programs for some others, such as Ghostscript for EPS."""
@@ -41,7 +38,7 @@ def open_image(path: Path, option: str) -> "Image":
     try:
         image = opened_image(regular(path))
         needed = BYTES * image.width * image.height
-        check_claim(needed - PROPORTION * path.stat().st_size, f"{option} {show(path)}")
+        check_claim(needed, f"{option} {show(path)}", path.stat().st_size)
         check_memory(needed, f"{option} {show(path)}", "shrink it")
         image.load()
         note_input(path)

@@ -14,12 +14,12 @@ CGROUP = Path("/sys/fs/cgroup")
 BUDGET = 2 << 30
 """Bytes that reading a file may take, whatever the file says."""
 RATIO = 100
-"""Bytes in memory for each byte of a larger file: 2 bytes a point in LAZ become some 150 of positions and colors."""
+"""Further bytes for each byte of the file: 2 bytes a point in LAZ become some 150 of positions and colors."""
 
 
 def allowed(size: int) -> int:
     """Return the bytes of memory that a file of `size` bytes may take."""
-    return max(BUDGET, RATIO * size)
+    return BUDGET + RATIO * size
 
 
 def check_claim(needed: float, what: str, size: int = 0) -> None:
@@ -29,7 +29,7 @@ def check_claim(needed: float, what: str, size: int = 0) -> None:
     """
     if needed > allowed(size):
         raise UserError(
-            f"{what} would take {needed / 1e9:.3g} GB of memory; {allowed(size) / 1e9:.2g} GB are allowed for a file "
+            f"{what} would take {needed / 1e9:.3g} GB of memory; {allowed(size) / 1e9:.3g} GB are allowed for a file "
             "of its size; if it is not damaged, split it"
         )
 

@@ -4,9 +4,6 @@ from dataclasses import dataclass
 
 from ..model.memory import check_claim
 
-PROPORTION = 64
-"""Bytes of memory for each byte of a file that need no check: unpacked images, numbers as doubles, and copies."""
-
 
 @dataclass
 class Claims:
@@ -17,9 +14,9 @@ class Claims:
     taken: float = 0
 
     def take(self, claimed: float, what: str, meanwhile: float = 0) -> None:
-        """Count memory before it is allocated. Raises UserError where the sum is beyond the budget and the bytes.
+        """Count memory before it is allocated. Raises UserError where the sum is more than is allowed for the bytes.
 
         claimed: bytes that stay. what: begins the message. meanwhile: further bytes that are freed again.
         """
-        check_claim(self.taken + claimed + meanwhile - PROPORTION * self.at_hand, what)
+        check_claim(self.taken + claimed + meanwhile, what, self.at_hand)
         self.taken += claimed

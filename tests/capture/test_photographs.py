@@ -95,6 +95,13 @@ def test_shrunk_photographs_have_the_same_camera(sphere_layout: Path) -> None:
     np.testing.assert_allclose(half.views[0].directions(), mean, atol=1e-3)
 
 
+def test_too_many_pixels_are_refused_before_one_is_loaded(sphere_layout: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("mplicits.capture.folder.MOST_PIXELS", 5 * SIZE**2 // 4)
+    monkeypatch.setattr("mplicits.capture.folder.load_photograph", pytest.fail)
+    with pytest.raises(UserError, match="sphere: too many pixels for the memory; set a smaller --scale"):
+        read_photographs(sphere_layout, 0.6)
+
+
 def test_cameras_of_larger_photographs_need_camera_size(sphere_layout: Path) -> None:
     before, _ = read_photographs(sphere_layout, 0.5)
     for path in (*(sphere_layout / "image").iterdir(), *(sphere_layout / "mask").iterdir()):

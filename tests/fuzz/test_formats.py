@@ -22,6 +22,7 @@ from mplicits.readers.child import Child, Decoder
 from mplicits.readers.frames import Arrays
 from mplicits.readers.read import read_shape
 from support.colmap import write_colmap
+from support.e57_pages import with_checksums, with_lengths, without_checksums
 from support.fuzzing import Case, damaged, fresh_seed, survive
 from support.library_files import WRITERS
 from support.standby import standby
@@ -111,7 +112,11 @@ def naming(data: bytes, names: list[bytes], random: Random) -> bytes:
 
 
 def spoilt(data: bytes, names: list[bytes], random: Random) -> bytes:
-    """Damage a file, or what an archive holds; a third of them name what stands by."""
+    """Damage a file, or what an archive or E57's pages hold; a third of them name what stands by."""
+    if data.startswith(b"ASTM-E57") and random.random() < 0.8:
+        content = without_checksums(data)
+        changed = naming(content, names, random) if random.random() < 0.33 else damaged(content, random)
+        return with_checksums(with_lengths(changed, len(changed) - len(content)))
     if data[:2] == b"PK" and random.random() < 0.7:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             members = {name: archive.read(name) for name in archive.namelist()}
