@@ -1,6 +1,6 @@
 """Frequencies that suit a shape: the smoother it is, the lower its networks' omega_0.
 
-Frequencies that a shape does not need remain as ripples of the normals (benchmarks/grain.py).
+Frequencies that a shape does not need remain as ripples of the normals (docs/lessons.md).
 """
 
 from collections.abc import Callable
