@@ -326,25 +326,6 @@ class BudgetConfig:
 
 
 @dataclass(frozen=True)
-class AutomaticConfig:
-    """`--levels auto`: short trials choose the levels Wx1 and Wx2 and their omega_0."""
-
-    width_step: int = 4
-    trial_steps: tuple[int, int] = (150, 350)
-    """Optimizer steps of both levels in a trial."""
-    factors: tuple[float, ...] = (1.0, 0.7, 1.4)
-    """Factors on the default omega_0 of both levels, one for each trial."""
-    trial_widths: tuple[int, int] = (24, 56)
-    """Widths of the trials that show how the error falls with the number of parameters."""
-    trials_share: float = 0.5
-    """Share of the user's seconds after which no further trial starts."""
-    improvement: float = 0.6
-    """Mean |f| after a whole training, relative to a trial of the same networks."""
-    least_seconds: float = 120.0
-    """Least --seconds; the trials take 30 to 60 of them."""
-
-
-@dataclass(frozen=True)
 class DefaultLengths:
     """Networks and steps where the user gives none."""
 
@@ -390,7 +371,6 @@ class TrainingConfig:
     texture: TextureConfig = TextureConfig()
     measuring: MeasuringConfig = MeasuringConfig()
     budget: BudgetConfig = BudgetConfig()
-    automatic: AutomaticConfig = AutomaticConfig()
     lengths: DefaultLengths = DefaultLengths()
     bend: BendConfig = BendConfig()
 

@@ -124,8 +124,7 @@ def _is_finished(job: Job, settings: Settings, suited: bool) -> bool:
 
     suited: whether the frequencies are those that suit the shape.
     """
-    from .automatic import with_previous_levels  # loads torch
-    from .suited_omegas import with_previous_omegas
+    from .suited_omegas import with_previous_omegas  # loads torch
     from .trained import same_training
 
     with suppress(UserError, OSError):
@@ -133,7 +132,6 @@ def _is_finished(job: Job, settings: Settings, suited: bool) -> bool:
         source = model.provenance.get("source") or {}
         sha = hashlib.sha256(Path(job.shape).read_bytes()).hexdigest()
         ended = model.provenance.get("interrupted") is False
-        settings = with_previous_levels(settings, model)
         if suited:
             settings = with_previous_omegas(settings, model)
         return ended and source.get("sha256") == sha and same_training(model, settings)

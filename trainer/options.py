@@ -12,13 +12,10 @@ from ..model.orientation import UPRIGHT
 from ..model.references import follow_option
 from ..readers.column_names import parse_columns
 from . import settings as parse
-from .level_goal import level_goal
 from .settings import DEFAULT_PRESET, PRESETS, Settings
 
 MOST_SECONDS = 1e7
 """Longest training, some 116 days."""
-AUTOMATIC = "auto"
-"""Value of --levels that lets the program choose them."""
 CREASE = 30.0
 """Default of --crease, degrees."""
 FRONT_HELP = "first view of the model: degrees around, 0 from +z and 90 from +x, and degrees above"
@@ -35,14 +32,8 @@ class TrainingOptions(Options):
 
     levels: str | Sequence[str] | None = option(
         None,
-        "width and hidden layers of each level, coarse to fine: 64x1,64x2,128x2; auto: short trials choose them for "
-        "one of --parameters, --kilobytes, --error",
-        metavar="NxD,..|auto",
-    )
-    parameters: int | None = option(None, "with --levels auto: most parameters of the model", metavar="N")
-    kilobytes: float | None = option(None, "with --levels auto: largest model file", metavar="K")
-    error: float | None = option(
-        None, "with --levels auto: mean |f| on the surface to reach, in radii of the shape", metavar="E"
+        "width and hidden layers of each level, coarse to fine: 64x1,64x2,128x2",
+        metavar="NxD,..",
     )
     preset: str = option(DEFAULT_PRESET, f"levels by name: {_PRESETS}", choices=tuple(PRESETS))
     packed: bool = option(False, "quantize the weights to a few bits, for short shader texts (bake --target shadertoy)")
@@ -122,17 +113,13 @@ class TrainingOptions(Options):
         """Return the settings of the training. Raises UserError."""
         preset = PRESETS[self.preset]
         named = self.levels if isinstance(self.levels, str) else ",".join(self.levels or ())
-        goal = level_goal(self.parameters, self.kilobytes, self.error, automatic=named == AUTOMATIC)
-        if goal is not None and (chosen := self.changed("omega", "steps", "packed")):
-            raise UserError(f"--levels {AUTOMATIC}: not allowed with {chosen}, which it chooses itself")
-        sizes = parse.networks((not goal and named) or preset.levels)
+        sizes = parse.networks(named or preset.levels)
         weights = self.weights
         if isinstance(weights, Mapping):
             weights = ",".join(f"{name}={number}" for name, number in weights.items())
         texture = self.texture_network
         return Settings(
             networks=sizes,
-            wish=goal,
             omegas=parse.omegas(text_of(self.omega), sizes),
             steps=parse.steps(text_of(self.steps), len(sizes)),
             seconds=self.seconds,

@@ -14,7 +14,6 @@ from ..model.interrupts import ended_by
 from ..model.model import Model
 from ..model.model_file import load, save
 from ..model.remarks import remarks
-from .automatic import with_levels
 from .callbacks import Preview
 from .machine import device, prepare
 from .networks.callback import TrainingProgress
@@ -70,8 +69,7 @@ def train(
         progress.say(shape.taken.line())
     for warning in warnings:
         progress.say(f"warning: {warning}")
-    settings = with_levels(shape, settings, previous, progress, began)
-    if options.omega is None and settings.wish is None:
+    if options.omega is None:
         settings = with_suited_omegas(shape, settings, None if options.quiet else progress.say)
     if options.log is not None:
         progress = TrainingLog(progress, Path(options.log), append=previous is not None)

@@ -33,16 +33,6 @@ LARGEST = 1e12
 
 
 @dataclass(frozen=True)
-class LevelGoal:
-    """Goal of `--levels auto`; one of the two is None."""
-
-    parameters: int | None
-    """Most parameters of the model, its texture included."""
-    error: float | None
-    """Mean |f| of the last level on the surface, model units."""
-
-
-@dataclass(frozen=True)
 class Settings:
     """The settings of one training; the model's provenance stores them under these names."""
 
@@ -61,8 +51,6 @@ class Settings:
     """"auto", "cpu" or "cuda"."""
     weights: dict[str, float] = field(default_factory=dict)
     """Loss weights of the user, by the names of `LossWeights`."""
-    wish: LevelGoal | None = None
-    """The goal by which `--levels auto` chooses `networks` and `omegas`; None: the user has chosen them."""
     packed: bool = False
     """Whether weights are quantized in every step (networks/quantized.py)."""
     texture_network: tuple[int, int] | None = None
@@ -124,11 +112,11 @@ def omegas(text: str | None, sizes: tuple[tuple[int, int], ...]) -> tuple[float,
     return tuple(values)
 
 
-def default_omega(index: int, width: int, factor: float = 1.0) -> float:
-    """Return the default omega_0 of level `index`, from 0, times `factor`."""
+def default_omega(index: int, width: int) -> float:
+    """Return the default omega_0 of level `index`, from 0."""
     lengths = default_config().lengths
     omega = lengths.omegas[min(index, len(lengths.omegas) - 1)]
-    return round(omega * (factor * min(1.0, math.sqrt(width / lengths.omega_width))), 1)
+    return round(omega * min(1.0, math.sqrt(width / lengths.omega_width)), 1)
 
 
 def steps(text: str | None, count: int) -> tuple[int, ...]:

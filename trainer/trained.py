@@ -23,7 +23,8 @@ from .settings import Settings
 from .shapes.shape import Shape
 
 MAY_CHANGE = {"wish", "up", "front", "credit", "device", "seconds"}
-"""Settings that `--resume` may change; `up` is also part of the shape, which must be the same."""
+"""Settings that `--resume` may change; `up` is also part of the shape, which must be the same. Files
+of before 2026-11-28 have `wish`."""
 COUNTED = ("steps", "fraction", "restarts", "rate", "loss")
 """The record of the optimization of a network."""
 

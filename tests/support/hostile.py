@@ -193,7 +193,7 @@ def provenance(random: Random) -> bytes:
     whole: dict[str, Any] = {
         "source": {"file": "x.ply", "sha256": "0" * 64, "noise": None},
         "seed": 0,
-        "settings": {"networks": [[4, 1], [4, 0]], "omegas": [30.0, 30.0], "seconds": None, "wish": None},
+        "settings": {"networks": [[4, 1], [4, 0]], "omegas": [30.0, 30.0], "seconds": None},
         "seconds": 3.0,
         "interrupted": True,
         "levels": [dict(record), dict(record) | {"network": "4x0"}],
