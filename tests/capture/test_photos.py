@@ -97,6 +97,7 @@ def test_the_mesh_of_the_model_has_the_photographs_colors(ball: Path, tmp_path: 
         assert np.corrcoef(colors[:, channel], (normals / radius)[:, channel])[0, 1] > 0.7
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_texture_steps")
 def test_ctrl_c_saves_a_model_that_resume_continues(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -40,6 +40,7 @@ def test_glsl_equals_the_reference(osmesa: Context, storage: str) -> None:
     assert_close(probe(1, kind=2)[:, :3], interpret.color(program, points()))
 
 
+@pytest.mark.slow
 def test_auto_storage_puts_wide_networks_in_the_texture(osmesa: Context) -> None:
     model = random_model((16, 1), (68, 1))
     shader = glsl330.bake(model)

@@ -129,6 +129,7 @@ def fitted(osmesa: Context) -> Iterator[Renderer]:
     renderer.release()
 
 
+@pytest.mark.slow
 @settings(QUICK, max_examples=1)
 @given(st.floats(-180, 180), st.floats(-180, 180), st.floats(-80, 80), st.sampled_from(["plain", "relaxed"]))
 @example(90.0, 20.0, 15.0, "plain")

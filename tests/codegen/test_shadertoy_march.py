@@ -61,6 +61,7 @@ def narrow(model: Model) -> Grid:
     return narrow_widths(lower(model), 8)[0]
 
 
+@pytest.mark.slow
 def test_the_text_takes_the_steps_of_numpy(
     osmesa: Context, model: Model, planes: NDArray[np.float64], narrow: Grid
 ) -> None:

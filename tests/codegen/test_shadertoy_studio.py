@@ -52,6 +52,7 @@ def compare(osmesa: Context, model: Model, elevation: float, least: float) -> No
     assert psnr(ours, studio) > max(least, psnr(ours, phong) + 3)
 
 
+@pytest.mark.slow
 def test_the_studio_equals_the_renderer_s(osmesa: Context) -> None:
     """A ball with few edges from below the floor, and a knot that shades itself from above."""
     compare(osmesa, BALL, -30.0, 34)

@@ -14,6 +14,7 @@ from support.paths import DEMO
 from support.random_model import random_model
 
 
+@pytest.mark.slow
 def test_pack_keeps_the_surface(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "packed.safetensors"
     assert cli.main(["pack", str(DEMO), "-o", str(path), "--bits", "7"]) == 0

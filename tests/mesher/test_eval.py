@@ -116,6 +116,7 @@ def truth(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_a_model_is_at_the_floor_against_its_own_mesh(truth: Path, capsys: pytest.CaptureFixture[str]) -> None:
     capsys.readouterr()
     argv = ["eval", str(DEMO), str(truth), "--resolution", "64", "--samples", "10000", "--quiet"]

@@ -85,6 +85,7 @@ def test_a_triangle_without_area_is_no_surface() -> None:
     assert (points[:, 2] == 0).all()
 
 
+@pytest.mark.slow
 def test_the_iou_of_shells_is_what_a_test_of_all_voxels_counts() -> None:
     one, other = BOX.copy().apply_scale((0.08, 0.06, 0.04)), trimesh.creation.icosphere(2, 0.043)
     other.apply_translation((-0.013, 0.004, 0.002))  # voxels on both sides of zero

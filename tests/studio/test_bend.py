@@ -35,6 +35,7 @@ def shape_of(mesh: trimesh.Trimesh) -> MeshShape:
     return MeshShape(tidy(content), "shape", {})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "mesh",
     [

@@ -195,6 +195,7 @@ def test_polygons_keep_their_corners_normals(page: "Page", tmp_path: Path) -> No
     assert len(np.unique(np.round(theirs._facets.normals[:].reshape(-1, 3), 3), axis=0)) > 20
 
 
+@pytest.mark.slow
 def test_the_gear_of_the_page(page: "Page", tmp_path: Path) -> None:
     made = page.evaluate("() => gearOfPage()")
     vertices, faces = np.reshape(made[0], (-1, 3)), np.reshape(made[1], (-1, 3)) + 1
@@ -203,6 +204,7 @@ def test_the_gear_of_the_page(page: "Page", tmp_path: Path) -> None:
     assert_facets_are_python_s(page, tmp_path / "a.obj")
 
 
+@pytest.mark.slow
 @needs.data(SPOT)
 def test_spot_has_python_s_facets_and_colors(page: "Page") -> None:
     assert_facets_are_python_s(page, SPOT)

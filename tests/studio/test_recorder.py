@@ -90,6 +90,7 @@ def test_a_slowly_drawn_turn_plays_at_the_right_speed(
     np.testing.assert_allclose(shares, np.arange(30) / 30, atol=off)
 
 
+@pytest.mark.slow
 def test_players_can_seek(record: Recorded) -> None:
     """Each entry of the file's index leads to a cluster (Matroska's IDs: Segment, CueClusterPosition, Cluster)."""
     _, video = record(seconds=3)

@@ -145,6 +145,7 @@ def test_a_coarse_ball_becomes_a_ball(page: "Page", tmp_path: Path) -> None:
     assert trained["figures"][1][1] < 5
 
 
+@pytest.mark.slow
 def test_a_trained_mesh_becomes_a_model_file(page: "Page", tmp_path: Path) -> None:
     """The file holds the field that was trained, and its figures are true."""
     mesh = trimesh.creation.icosphere(subdivisions=4)

@@ -18,6 +18,7 @@ ARMADILLO = DATA / "meshes" / "armadillo.ply"
 needs_data = needs.data(ARMADILLO)
 
 
+@pytest.mark.slow
 @needs_data
 def test_armadillo_loads_without_warnings() -> None:
     shape, warnings = load_shape(str(ARMADILLO))

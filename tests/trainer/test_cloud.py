@@ -151,6 +151,7 @@ for name, points in cases.items():
 """
 
 
+@pytest.mark.slow
 def test_no_arrangement_of_points_crashes_the_process(tmp_path: Path) -> None:
     def limit() -> None:
         resource.setrlimit(resource.RLIMIT_AS, (3 << 30, 3 << 30))

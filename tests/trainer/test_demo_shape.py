@@ -22,6 +22,7 @@ def slopes(points: Doubles, step: float = 1e-5) -> Doubles:
     return np.stack([SHAPE.distance(points + a) - SHAPE.distance(points - a) for a in axes], axis=1) / (2 * step)
 
 
+@pytest.mark.slow
 def test_surface_points_are_at_distance_zero(surface: SurfacePoints) -> None:
     # Also shows that the parts are disjoint: a point inside another part would have a negative distance.
     assert np.abs(SHAPE.distance(surface.points[::20])).max() < 1e-9

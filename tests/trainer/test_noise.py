@@ -89,6 +89,7 @@ def test_cleaning_keeps_exact_points() -> None:
     np.testing.assert_allclose(everything, (3 * cloud.points + 1)[order], atol=1e-12)
 
 
+@pytest.mark.slow
 def test_cleaning_keeps_the_position_and_size_of_a_noisy_cloud(tmp_path: Path) -> None:
     cloud, (points, normals) = ball(noise=0.01), scattered(400)
     everything = np.concatenate((cloud.points, points)), np.concatenate((cloud.normals, normals))
@@ -151,6 +152,7 @@ def test_the_surface_eikonal_weight_is_larger_for_residuals_of_exact_clouds(
     assert [weight.value for weight in seen[4:]] == [7, 7]
 
 
+@pytest.mark.slow
 def test_distances_near_a_noisy_cloud_and_its_stray_points_are_known() -> None:
     """20,000 points of the unit sphere, 0.025 apart, with single stray points in one region."""
     cloud = ball(noise=0.005)

@@ -64,6 +64,7 @@ print(max((a - b).abs().max().item() for a, b in zip(muon_weights, theirs)))
 """
 
 
+@pytest.mark.slow
 def test_steps_match_torch_optim() -> None:
     run = subprocess.run([sys.executable, "-c", OURS + THEIRS], capture_output=True, text=True, check=True)
     imports, same, difference = run.stdout.split()

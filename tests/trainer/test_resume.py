@@ -89,6 +89,7 @@ def test_resuming_refuses_another_shape_or_other_levels(ball: Shape, model: Mode
         train(ball, resume=dataclasses.replace(model, provenance={}))
 
 
+@pytest.mark.slow
 def test_a_collapsed_residual_is_restarted(ball: Shape, first: Model) -> None:
     """A rate that is a hundred times too high fails; the log says so, and the restart at a lower rate helps."""
     config = dataclasses.replace(QUICK, step=dataclasses.replace(QUICK.step, rate=100 * StepConfig.rate))

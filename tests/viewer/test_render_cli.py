@@ -96,6 +96,7 @@ def test_the_default_output_is_named_after_the_model(
     assert [path.name for path in tmp_path.iterdir()] == ["ball.png"]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("osmesa")
 def test_options_change_the_picture(model: Path, tmp_path: Path) -> None:
     path = tmp_path / "a.png"

@@ -270,6 +270,7 @@ def test_short_weights_keep_quantized_ones_exactly() -> None:
     assert rounded is None or 0 < rounded.error[0] <= MOST_ERROR
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("zopfli")
 def test_the_studio_is_small() -> None:
     assert len(studio_page.studio().encode()) <= 150_000

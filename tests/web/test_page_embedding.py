@@ -39,6 +39,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_the_hash_hides_the_panel_turns_the_shape_and_sets_the_background(browser: "Browser", page: Path) -> None:
     with visit(browser, page, size=(1000, 400), share=0.1, hash_="#" + HASH) as visited:
         visited.until("'drawn' in document.documentElement.dataset")
@@ -58,6 +59,7 @@ def test_the_hash_hides_the_panel_turns_the_shape_and_sets_the_background(browse
         assert visited.console == []
 
 
+@pytest.mark.slow
 def test_invalid_values_in_the_hash_change_nothing(browser: "Browser", page: Path) -> None:
     with visit(browser, page, size=(1000, 400), share=0.1, hash_="#turntable=x&background=toString") as visited:
         visited.until("'ready' in document.documentElement.dataset")
@@ -96,6 +98,7 @@ def test_messages_set_the_view_and_tell_of_it(browser: "Browser", tmp_path: Path
         assert visited.console == []
 
 
+@pytest.mark.slow
 def test_a_page_without_a_host_takes_no_messages(browser: "Browser", page: Path) -> None:
     with visit(browser, page, share=0.1, hash_="#az=10") as visited:
         visited.until("'ready' in document.documentElement.dataset")

@@ -133,6 +133,7 @@ def test_the_first_paint_has_the_background_of_the_picture(scheme: str, browser:
         assert visited.console == []
 
 
+@pytest.mark.slow
 def test_bar_status_line_and_live_region_report_the_state(browser: "Browser", page_file: Path) -> None:
     with visit(browser, page_file, WINDOW, SHARE, HOLD, reduced_motion="reduce") as visited:
         page = visited.page
@@ -252,6 +253,7 @@ def test_the_folded_page_is_accessible(wide: Visit) -> None:
     wide.page.keyboard.press("h")
 
 
+@pytest.mark.slow
 def test_the_canvas_fills_the_space_beside_the_panel(browser: "Browser", page_file: Path) -> None:
     with visit(browser, page_file, (899, 900), SHARE, HOLD) as visited:
         for width, is_open in ((899, False), (900, True)):
@@ -267,6 +269,7 @@ def test_the_canvas_fills_the_space_beside_the_panel(browser: "Browser", page_fi
             visited.until(f"document.getElementById('view').width === Math.round({SHARE} * (innerWidth - 316))")
 
 
+@pytest.mark.slow
 def test_a_phone_starts_folded_and_shows_its_whole_sheet(browser: "Browser", page_file: Path) -> None:
     phone: dict[str, Any] = {"has_touch": True, "is_mobile": True, "color_scheme": "light"}
     with visit(browser, page_file, (390, 844), SHARE, HOLD, **phone) as visited:

@@ -54,6 +54,7 @@ def samples(browser: "Browser", folder: Path, storage: str, shading: str) -> NDA
     return np.reshape(np.array(seen, np.float32), (SIDE, SIDE, 4))[::-1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("storage", "late"), [("texture", True), pytest.param("literal", False, marks=pytest.mark.slow)]
 )

@@ -79,6 +79,7 @@ def test_the_page_draws_the_picture_of_shadertoys_text(
         assert visited.console == []
 
 
+@pytest.mark.slow
 def test_the_pages_names_are_not_in_shadertoys_text(tmp_path: Path) -> None:
     added = set(re.findall(r"\w+(?=[,;])", HEAD)) - {"float", "int"}
     models = (SHIPPED, moving_model(), composed(tmp_path, STILL, widths=(8, 12)))
