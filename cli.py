@@ -24,7 +24,7 @@ from .model.verb import Verb
 from .model.version import installed_version
 from .trainer.cli import Hooks, training_verbs
 
-ROOMS = ("trainer", "capture", "scenes", "studio", "bake", "viewer", "mesher", "reporting", "site")
+ROOMS = ("trainer", "capture", "scenes", "web", "bake", "viewer", "mesher", "reporting", "site")
 """Folders whose cli.py declares VERBS, in the order of the help."""
 ABOUT = "A mesh or an oriented point cloud becomes a small multiscale neural SDF, baked into shaders."
 EXAMPLE = "example: mplicits train bunny.ply -o bunny.safetensors"

@@ -123,7 +123,7 @@ class Target:
 TARGETS = {
     "glsl330": Target("codegen.targets.glsl330", suffix=".glsl"),
     "glsl300es": Target("codegen.targets.glsl300es", suffix=".es.frag"),
-    "html": Target("web.packed_page", suffix=".html", page=True, shaded=True, studio="studio.page"),
+    "html": Target("web.packed_page", suffix=".html", page=True, shaded=True, studio="web.studio_page"),
     "tiny": Target("web.tiny_page", suffix=".tiny.html", shaded=True),
     "module": Target("web.module", suffix=".js", page=True, shaded=True, types=".d.ts"),
     "shadertoy": Target("codegen.targets.shadertoy", suffix=".frag", shaded=True),

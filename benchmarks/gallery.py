@@ -22,12 +22,12 @@ from mplicits.model.model import Model, shape_of
 from mplicits.model.model_file import load, save, to_bytes
 from mplicits.model.surface_figures import surface_record
 from mplicits.scenes.compose import compose
-from mplicits.studio.page import studio
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context, open_osmesa
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
 from mplicits.viewer.draw.screenshot import save_png
+from mplicits.web.studio_page import studio
 from protocol import Page
 
 SIDE, FRONT_SIDE = 240, 420

@@ -176,7 +176,7 @@ def wgsl_section(found: dict[str, Any]) -> list[str]:
     lines += [
         f"Largest difference from numpy: {found.get('largest_difference', 'not measured')}.",
         "",
-        f"A training step of the studio page (`studio/kernel/step.wgsl`) on {found.get('trainer_adapter', 'no card')}: "
+        f"A training step of the studio page (`web/kernel/step.wgsl`) on {found.get('trainer_adapter', 'no card')}: "
         "with writing the samples and weights and reading the gradient back, as the page does, and its dispatches "
         "alone. Difference: of the gradient from torch.autograd in 64 bits, relative to each weight's largest entry.",
     ]

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import trimesh
 
-from mplicits.studio.page import script, studio
+from mplicits.web.bundle import script
+from mplicits.web.studio_page import studio
 from support.browser import Visit, chromium, visit
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""The training step of the studio page (studio/kernel/step.wgsl) through wgpu, as studio/app/gpu_kernel.js runs it."""
+"""The training step of the studio page (web/kernel/step.wgsl) through wgpu, as web/train/gpu_kernel.js runs it."""
 
 import statistics
 import struct
@@ -12,8 +12,8 @@ import wgpu  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 from torch import Tensor
 
-from mplicits.studio.compile import SOURCE
 from mplicits.trainer.config import StepConfig
+from mplicits.web.compile_kernel import SOURCE
 from support import training_steps
 from support.training_steps import COUNT, ON, SMOOTHNESS, WEIGHT
 

@@ -1,6 +1,6 @@
 """A range coder: writes whole numbers in as many bits as their probabilities ask for (Martin 1979).
 
-Python and the page (web/app/packed_weights.js) compute with whole numbers and with additions, products, quotients and
+Python and the page (web/model/packed_weights.js) compute with whole numbers and with additions, products, quotients and
 roots of doubles, which are the same everywhere.
 """
 

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from mplicits.studio.page import STUDIO, WORKER
-from mplicits.web.module import APP, ELEMENT
-from mplicits.web.page import SCRIPTS, TEXTS
+from mplicits.web.bundle import modules
+from mplicits.web.bundle import sources as scripts
+from mplicits.web.module import ENTRIES
 from support.paths import ROOT
 
 UNITS: dict[str, set[str]] = {
@@ -25,9 +25,8 @@ UNITS: dict[str, set[str]] = {
     "codegen.printers": {"glsl", "model", "ir"},
     "codegen.targets": {"glsl", "model", "ir", "field", "codegen.printers"},
     "codegen": set(),
-    "web": {"glsl", "model", "ir", "field", "codegen.printers", "codegen.targets"},
-    "studio": {"glsl", "model", "codegen.printers", "web", "trainer"},
-    "bake": {"model", "ir", "field", "codegen.targets", "web", "studio"},
+    "web": {"glsl", "model", "ir", "field", "codegen.printers", "codegen.targets", "trainer"},
+    "bake": {"model", "ir", "field", "codegen.targets", "web"},
     "trainer.shapes": {"model", "readers"},
     "trainer.networks": {"model"},
     "trainer.folders": {"model"},
@@ -52,7 +51,7 @@ UNITS: dict[str, set[str]] = {
 A folder does not include its subfolders. The files at the root, named "", are the front door.
 """
 ROOMS = (
-    *("glsl", "model", "readers", "ir", "field", "codegen", "web", "studio", "bake"),
+    *("glsl", "model", "readers", "ir", "field", "codegen", "web", "bake"),
     *("trainer", "capture", "scenes", "mesher", "reporting", "site", "viewer", "api"),
 )
 FRONT_DOOR = {path.stem for path in ROOT.glob("*.py")} - {"__init__", "__main__"}
@@ -207,13 +206,13 @@ def declared(source: str) -> Iterator[str]:
         yield from re.findall(r"(?:^|, )(\w+)(?= =|;|,|$)", re.sub(r"[(\[{].*", "", names))
 
 
-def script_violations(modules: dict[str, str]) -> list[str]:
+def script_violations(sources: dict[str, str]) -> list[str]:
     """Say what keeps JavaScript modules, name -> source, from being joined into one script in this order."""
     wrong, exported, owner = [], dict[str, set[str]](), dict[str, str]()
-    for module, source in modules.items():
-        imported = re.findall(r'^import \{([^}]*)\} from "\./([\w.]+)";$', source, re.MULTILINE)
+    for module, source in sources.items():
+        imported = re.findall(r'^import \{([^}]*)\} from "\.[./]*/(?:\w+/)?(\w+\.js)";$', source, re.MULTILINE)
         if len(imported) != len(re.findall("^import", source, re.MULTILINE)):
-            wrong.append(f'{module}: an import that is not {{names}} from "./module"')
+            wrong.append(f'{module}: an import that is not {{names}} from "./module.js" or "../folder/module.js"')
         for names, path in imported:
             missing = set(re.findall(r"\w+", names)) - exported.get(path, set())
             wrong += [f"{module}: {name} is no export of {path}, or {path} comes later" for name in sorted(missing)]
@@ -226,20 +225,44 @@ def script_violations(modules: dict[str, str]) -> list[str]:
     return wrong
 
 
-@pytest.mark.parametrize(
-    "names",
-    [
-        SCRIPTS,
-        WORKER,
-        (*SCRIPTS[:-1], *TEXTS, *STUDIO, SCRIPTS[-1]),
-        ("facts.js", *APP[:4], "literal.js", *APP[4:], *ELEMENT),
-    ],
-)
-def test_modules_of_a_page_make_one_script(names: tuple[str, ...]) -> None:
-    folders = ("web/app", "web/element", "studio/app")
-    paths = {path.name: path for folder in folders for path in (ROOT / folder).glob("*.js")}
-    assert not script_violations({name: paths[name].read_text(encoding="utf-8") for name in names})
-    assert set(paths) == {*SCRIPTS, *TEXTS, *WORKER, *STUDIO, *ELEMENT}
+@pytest.mark.parametrize("entries", [("page.js",), ("worker.js",), ("studio.js", "page.js"), ENTRIES])
+def test_modules_of_a_page_make_one_script(entries: tuple[str, ...]) -> None:
+    assert not script_violations({name: scripts()[name] for name in modules(*entries)})
+
+
+def test_every_module_is_in_a_page() -> None:
+    used = modules("page.js", "worker.js", "studio.js", *ENTRIES)
+    assert set(scripts()) == {*used, "draw.js", "unpack.js"}  # the tiny page's
+
+
+FOLDERS = {
+    "model": set(),
+    "print": {"model"},
+    "draw": {"model", "print"},
+    "view": {"model", "print", "draw"},
+    "element": {"model", "print", "draw", "view"},
+    "read": {"model"},
+    "kernel": set(),
+    "shape": {"model", "read", "kernel"},
+    "train": {"model", "kernel", "shape", "view"},
+    "save": {"model", "print", "draw", "view", "read", "kernel", "shape", "train"},
+    "stage": {"model", "print", "draw", "view", "read", "kernel", "shape", "train", "save"},
+    "tiny": set(),
+}
+"""Folder of scripts in web/ -> the folders that its modules may import from."""
+
+
+@pytest.mark.parametrize("folder", FOLDERS)
+def test_scripts_import_one_way(folder: str) -> None:
+    for path in (ROOT / "web" / folder).glob("*.js"):
+        for names, place in re.findall(r'^import \{([^}]*)\} from "(.*)";$', path.read_text("utf-8"), re.MULTILINE):
+            found = (path.parent / place).resolve()
+            assert found.is_file(), f"{path.name}: {place}"
+            assert found.parent.name in {folder, *FOLDERS[folder]}, f"{path.name}: {names} of {place}"
+
+
+def test_every_folder_of_scripts_is_known() -> None:
+    assert {path.parent.name for path in (ROOT / "web").glob("*/*.js")} == set(FOLDERS)
 
 
 @pytest.mark.parametrize(

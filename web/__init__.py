@@ -1,1 +1,1 @@
-"""The web page: `page.py` writes it, and `app/` holds its scripts, its style and its HTML."""
+"""The web pages, and the ES module. Each folder holds scripts, with their HTML, style and shaders."""

@@ -1,4 +1,4 @@
-"""Bytes as text of 124 characters, which is 15 % longer; browsers read it with a few lines (app/packed.html)."""
+"""Bytes as text of 124 characters, which is 15 % longer; browsers read it with a few lines (view/packed.html)."""
 
 GROUP, HELD = 1000, 869
 """Characters of a group, and the bytes that it holds."""

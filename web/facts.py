@@ -1,4 +1,4 @@
-"""The constants that Python and the page share, as JSON for web/app/facts.js."""
+"""The constants that Python and the page share, as JSON for model/facts.js."""
 
 import json
 from typing import Any
@@ -31,7 +31,7 @@ PAGE_PASSES = ("near", "normals", "trace", "behind", "floor", "color")
 
 
 def facts_json(facts: dict[str, Any], without: tuple[str, ...] = ()) -> str:
-    """Write the JSON for web/app/facts.js: `facts`, and as `shared` the constants that Python and the page share.
+    """Write the JSON for web/model/facts.js: `facts`, and as `shared` the constants that Python and the page share.
 
     without: names of constants that the scripts do not read.
 

@@ -3,7 +3,6 @@
 import base64
 from collections.abc import Callable
 from dataclasses import replace
-from importlib.resources import files
 
 from .. import glsl
 from ..codegen.printers.field import print_field
@@ -16,34 +15,19 @@ from ..ir.lower import lower
 from ..model.errors import UserError
 from ..model.model import Model
 from ..model.version import installed_version
+from .bundle import modules, read, script
 from .facts import facts_json
 from .minified import minified, short_names, short_shader
-from .page import MODULE_LINE, model_bytes, poster_url, script
+from .page import model_bytes, poster_url
 from .scene import scene_facts, texel_bytes
 from .short_weights import ShortWeights, coded_weights, page_weights, short_weights
 
-APP = (
-    *("packed_weights.js", "safetensors.js", "lower.js", "cstyle.js", "texels.js", "field.js"),
-    *("baked_scene.js", "reference.js", "cells.js", "lowest.js", "camera.js", "backgrounds.js", "uniforms.js"),
-    *(
-        "device.js",
-        "samples.js",
-        "passes.js",
-        "painter.js",
-        "variants.js",
-        "following.js",
-        "renderer.js",
-        "gestures.js",
-    ),
-)
-"""Modules in web/app/ that the module shares with the page, in their order."""
+ENTRIES = ("define.js", "mesh.js", "models.js")
+"""The scripts with what the module exports, and with all that they import."""
 NO_LITERALS = "const declareLiterals = () => [], straight = null;\n"
 """Stands for literal.js, since the module has its weights in a texture."""
-ELEMENT = (
-    *("models.js", "orbits.js", "stage.js", "contexts.js", "element_tree.js", "properties.js", "view_element.js"),
-    *("define.js", "lights.js", "rays.js", "mesh.js"),
-)
-"""Modules in web/element/, in their order."""
+GIVEN = ("facts.js", "literal.js")
+"""Scripts that the module has no use for: its facts stand in its text."""
 SHADERS = ("anywhere", "accumulate", "present", "contrast", "scatter", "scatter.vert", "sine", "half_width")
 """Files in glsl/ with the shaders of the module."""
 UNREAD = ("shapes", "storages", "passes")
@@ -107,7 +91,7 @@ def _text(
     # moving: a model in a file may move.
     prologue = fragment.prologue(header, replace(program, moving=True), DIALECT, text.weights, ground)
     names = f"{{{', '.join(EXPORTS)}}}"
-    scripts = NO_LITERALS + script(APP) + "".join(MODULE_LINE.sub("", _read(name)) for name in ELEMENT)
+    scripts = NO_LITERALS + script(tuple(name for name in modules(*ENTRIES) if name not in GIVEN))
     code = minified(f"{scripts}return {names};")
     shaders = short_names(_shaders(prologue), code + facts_json(facts))
     facts |= {"weights": base64.b64encode(data).decode(), "shaders": shaders}
@@ -122,7 +106,7 @@ def _text(
 
 def types() -> str:
     """Return the declarations of the module for TypeScript."""
-    return header_line({"mplicits": installed_version(), "target": "module"}) + "\n" + _read("module.d.ts")
+    return header_line({"mplicits": installed_version(), "target": "module"}) + "\n" + read("element/module.d.ts")
 
 
 def _shaders(prologue: str) -> dict[str, str]:
@@ -131,14 +115,11 @@ def _shaders(prologue: str) -> dict[str, str]:
     A file that one other includes is in that one's text.
     """
     names = dict.fromkeys(name for shader in SHADERS for name in glsl.load_numbered(f"{shader}.glsl")[1])
-    texts = {"prologue": prologue} | {name: glsl.read(name) for name in names} | {name: _read(name) for name in HULL}
+    texts = {"prologue": prologue} | {name: glsl.read(name) for name in names}
+    texts |= {name: read(f"element/{name}") for name in HULL}
     for name in (name for name in names if name not in ROOTS):
         line = f'#include "{name}"\n'
         including = [other for other, text in texts.items() if line in text]
         if len(including) == 1:
             texts[including[0]] = texts[including[0]].replace(line, texts.pop(name))
     return {name: short_shader(text) for name, text in texts.items()}
-
-
-def _read(name: str) -> str:
-    return files(__package__).joinpath("element", name).read_text(encoding="utf-8")

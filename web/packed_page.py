@@ -1,14 +1,14 @@
-"""Target html: the page of page.py, packed into one that unpacks itself in the browser (app/packed.html)."""
+"""Target html: the page of page.py, packed into one that unpacks itself in the browser (view/packed.html)."""
 
 import base64
 import re
-from importlib.resources import files
 from typing import Any
 
 from ..model.model import Model
 from ..model.version import installed_version
 from . import page as whole_page
 from .base124 import base124
+from .bundle import read
 from .deflate import deflated
 from .minified import minified, minified_style, short_script, short_shader
 from .policy import ANY, hashes
@@ -58,7 +58,7 @@ def packed(page: str, alone: bool = False) -> str:
     """
     parts: list[bytes] = []
     inner = _TOLD.sub("", _POLICY.sub("", _POSTER.sub(f"{MARK}poster{MARK}", short(page, parts, alone))))
-    outer = short(files(__package__).joinpath("app", "packed.html").read_text("utf-8"), [], alone)
+    outer = short(read("view/packed.html"), [], alone)
     # Browsers keep the outer policy. The page that the studio writes lacks the studio, and has another script.
     sources = hashes(outer + _STUDIO.sub("", inner) + inner)
     data = deflated(b"\0".join([inner.encode(), b"".join(parts)]))

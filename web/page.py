@@ -1,11 +1,10 @@
-"""Target html: one page that shows the model offline. Its scripts, style and HTML are in web/app/."""
+"""Target html: one page that shows the model offline. Its style and HTML are in view/."""
 
 import base64
 import io
 import math
 import re
 from dataclasses import dataclass, field, replace
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -33,29 +32,13 @@ from ..model.model import Model
 from ..model.model_file import to_bytes
 from ..model.version import installed_version
 from .about import about
+from .bundle import modules, read, script
 from .facts import PAGE_PASSES, facts_json
 from .scene import scene_facts, texel_bytes
 from .short_weights import page_weights, short_weights
 
-PRINTER = (
-    *("facts.js", "packed_weights.js", "safetensors.js", "lower.js", "cstyle.js", "literal.js", "texels.js"),
-    *("field.js",),
-)
-"""Modules in web/app/ that read a model and print its field; scenes are printed by scene.py."""
-SHADERTOY = ("quantize.js", "packed.js", "few_bits.js", "decimals.js", "header.js", "shadertoy.js")
-"""Modules in web/app/ that print a model's text for Shadertoy."""
-SCRIPTS = (
-    *PRINTER,
-    *("baked_scene.js", "reference.js", "cells.js", "lowest.js", "camera.js", "backgrounds.js", "embedding.js"),
-    *("uniforms.js", "device.js"),
-    *("samples.js", "passes.js", "painter.js", "variants.js", "following.js", "renderer.js", "memory.js"),
-    *("messages.js", "gestures.js"),
-    *SHADERTOY,
-    *("controls.js", "view.js", "share.js", "recovery.js", "file_kinds.js", "current_model.js", "page.js"),
-)
-"""Modules in web/app/ that every page has, in the order in which its script holds them."""
-TEXTS = ("glsl_function.js",)
-"""Modules in web/app/ that print a model's text for other programs; only some pages have them."""
+ENTRY = "page.js"
+"""The module that opens the page, with all that it imports."""
 POSTER_SIDE = 160
 """Pixels along each side of the picture that the page shows before its first frame."""
 POSTER_QUALITY = 50
@@ -67,8 +50,6 @@ SHADERS = ("anywhere", *PAGE_PASSES, "accumulate", "present", "blocks.vert", "co
 PROBES = 8
 """Largest number of points at which the page checks its field."""
 
-MODULE_LINE = re.compile(r"^import [^;]*;\n|^export (?=\w)", re.MULTILINE)
-"""The imports and exports of a module, which the joined script drops."""
 _PLACE = re.compile(r"\{\{(\w+)\}\}")
 """A placeholder in page.html or page.css."""
 _CONTROL = re.compile(r"[\x00-\x1f]")
@@ -89,7 +70,7 @@ class Extension:
     elements: str = ""
     """Further elements with data."""
     facts: dict[str, Any] = field(default_factory=dict)
-    """Further keys of `facts` (web/app/facts.js)."""
+    """Further keys of `facts` (model/facts.js)."""
     policy: str = ""
     """Further sources and directives of the Content-Security-Policy, after script-src."""
     accept: str = ".safetensors"
@@ -168,10 +149,10 @@ def _page(
     parts = {
         "about": about(_CONTROL.sub("", name), more.description, *links),
         "state": "" if data else ' data-state="empty"',
-        "css": _PLACE.sub(lambda match: PALETTES[match[1]], _read("page.css")) + marked["css"],
+        "css": _PLACE.sub(lambda match: PALETTES[match[1]], read("view/page.css")) + marked["css"],
         "poster": poster,
         "unseen": " hidden" if poster == NO_PICTURE else "",
-        "js": script(SCRIPTS[:-1]) + marked["scripts"] + script(SCRIPTS[-1:]),
+        "js": script(modules(ENTRY)[:-1]) + marked["scripts"] + script((ENTRY,)),
         "facts": facts_json(facts | {"shade": shade} | more.facts),
         "weights": _wrapped(base64.b64encode(data).decode()),
         "prologue": _shader(prologue),
@@ -182,17 +163,12 @@ def _page(
         },
         **{key: getattr(more, key) for key in ("policy", "accept", "open", "hint")},
     }
-    return _PLACE.sub(lambda match: parts[match[1]], _read("page.html"))
+    return _PLACE.sub(lambda match: parts[match[1]], read("view/page.html"))
 
 
 def text_facts() -> dict[str, str]:
-    """Return the keys of `facts` that TEXTS need, beyond the header's."""
+    """Return the keys of `facts` that print/glsl_function.js needs, beyond the header's."""
     return {"reserved": lower_case_pattern("glsl")}
-
-
-def script(names: tuple[str, ...] = SCRIPTS) -> str:
-    """Join modules of web/app/ into one script, without their imports and exports."""
-    return "".join(MODULE_LINE.sub("", _read(name)) for name in names)
 
 
 def _facts(program: Program, storage: str) -> dict[str, Any]:
@@ -261,7 +237,7 @@ def _glsl() -> str:
 
 
 def shadertoy_element() -> str:
-    """Return the script element that SHADERTOY needs, the template of its text."""
+    """Return the script element that print/shadertoy.js needs, the template of its text."""
     return _shader_element("shadertoy.glsl", main_template())
 
 
@@ -271,7 +247,3 @@ def _shader_element(name: str, text: str) -> str:
 
 def _wrapped(text: str) -> str:
     return "\n".join(text[i : i + 120] for i in range(0, len(text), 120))
-
-
-def _read(name: str) -> str:
-    return files(__package__).joinpath("app", name).read_text(encoding="utf-8")

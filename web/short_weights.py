@@ -1,4 +1,4 @@
-"""Weights of few bits for the packed page and for the module (app/safetensors.js reads them).
+"""Weights of few bits for the packed page and for the module (model/safetensors.js reads them).
 
 The page has whole numbers of 8 or 16 bits times a step. A tensor whose entries are multiples of a step, as training
 with --packed leaves them, keeps its values exactly. Others are rounded to 16 bits, in steps of the largest entry over

@@ -4,7 +4,6 @@ import html
 import json
 import math
 import re
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from ..ir.program import Affine, Dot, Function, Program
 from ..model.model import Model
 from ..model.version import installed_version
 from .base124 import base124
+from .bundle import read
 from .deflate import deflated
 from .minified import minified
 from .policy import hash_of
@@ -115,7 +115,7 @@ def page_text(parts: tuple[dict[str, Any], bytes], model: Model) -> str:
         "packed": base124(data),
         "scripts": f"{hash_of(fixed['unpack'])} {hash_of(script)}",
     }
-    return _filled_slots(_read("page.html"), slots | fixed)
+    return _filled_slots(read("tiny/page.html"), slots | fixed)
 
 
 def page_facts() -> dict[str, Any]:
@@ -123,7 +123,7 @@ def page_facts() -> dict[str, Any]:
     fixed = _fixed_slots()
     return {
         "script": f"{{{minified(_drawing())}}}",
-        "page": _filled_slots(_read("page.html"), fixed),
+        "page": _filled_slots(read("tiny/page.html"), fixed),
         "unpacker": hash_of(fixed["unpack"]),
         "head": HEAD,
         "main": MAIN,
@@ -134,11 +134,11 @@ def page_facts() -> dict[str, Any]:
 
 def _drawing() -> str:
     """Return the text of draw.js, with WebGL's constants as numbers."""
-    return re.sub(r"\bgl\.([A-Z]\w+)", lambda match: str(GL[match[1]]), _read("draw.js"))
+    return re.sub(r"\bgl\.([A-Z]\w+)", lambda match: str(GL[match[1]]), read("tiny/draw.js"))
 
 
 def _fixed_slots() -> dict[str, str]:
-    return {"version": installed_version(), "unpack": minified(_read("unpack.js"))}
+    return {"version": installed_version(), "unpack": minified(read("tiny/unpack.js"))}
 
 
 def _filled_slots(text: str, slots: dict[str, str]) -> str:
@@ -188,7 +188,3 @@ def _escaped(text: str) -> str:
     """Return text for HTML, in printable ASCII."""
     kept = "".join(letter for letter in text if letter.isprintable())
     return html.escape(kept, quote=False).encode("ascii", "xmlcharrefreplace").decode()
-
-
-def _read(name: str) -> str:
-    return files(__package__).joinpath("tiny", name).read_text("utf-8")

@@ -255,7 +255,7 @@ def _of_model(program: Program) -> tuple[Function, ...]:
 
 
 def main_template() -> str:
-    """Return glsl/shadertoy.glsl with the ball's lines for ENTER, squeezed: the template of web/app/shadertoy.js."""
+    """Return glsl/shadertoy.glsl with the ball's lines for ENTER, squeezed: the template of web/print/shadertoy.js."""
     return _squeezed(_without_comments("shadertoy.glsl").replace("ENTER", _without_comments("enter_ball.glsl")))
 
 

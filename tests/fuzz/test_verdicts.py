@@ -17,8 +17,8 @@ from safetensors.numpy import save as to_safetensors
 
 from mplicits.model.errors import UserError
 from mplicits.model.model_file import load, to_bytes
+from mplicits.web.bundle import modules, script
 from mplicits.web.facts import facts_json
-from mplicits.web.page import PRINTER, script
 from support.changed_header import changed, describe
 from support.fuzzing import damaged_model, fresh_seed
 from support.packed_model import packed_model
@@ -52,7 +52,7 @@ def page_verdicts(browser: "Browser") -> Iterator[Verdicts]:
     """Return a function that returns the page's messages about files; "" for a model."""
     page = browser.new_page()
     page.set_content(f'<!doctype html><script type="application/json" id="facts">{facts_json({})}</script>')
-    page.evaluate(script(PRINTER) + ASK)
+    page.evaluate(script(modules("safetensors.js", "field.js")) + ASK)
     yield lambda files: page.evaluate("files => verdicts(files)", [base64.b64encode(data).decode() for data in files])
     page.close()
 

@@ -14,9 +14,9 @@ from mplicits.mesher.write import OPTIONS, to_bytes
 from mplicits.model.image_file import png_bytes
 from mplicits.model.kinds import GENERATED, MESH, MODEL, PICTURE, is_other
 from mplicits.model.model_file import load, save
-from mplicits.studio.page import studio
 from mplicits.web import page as webpage
 from mplicits.web import tiny_page
+from mplicits.web.studio_page import studio
 from support.paths import DEMO, ROOT
 from support.random_model import random_model
 

@@ -10,11 +10,12 @@ import trimesh
 from mplicits.readers.content import Mesh
 from mplicits.readers.from_trimesh import of_mesh
 from mplicits.readers.tidy import tidy
-from mplicits.studio.page import WORKER, page_facts, script
 from mplicits.trainer import settings
 from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.mesh import MeshShape
 from mplicits.trainer.suited_omegas import bend_of, with_suited_omegas
+from mplicits.web.bundle import modules, script
+from mplicits.web.studio_page import page_facts
 from support.page_scripts import BYTES, packed, run
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ def test_the_page_measures_the_same_bend(mesh: trimesh.Trimesh, browser: "Browse
     page.evaluate(BYTES)
     vertices = (np.asarray(mesh.vertices, np.float64) - shape.center) / shape.scale
     arguments = [packed(vertices), packed(np.asarray(mesh.faces, np.uint32)), page_facts()["config"]["bend"]]
-    assert run(page, WORKER[:-1], BEND, arguments) == pytest.approx(bend_of(shape), rel=0.1, abs=0.01)
+    assert run(page, modules("worker.js")[:-1], BEND, arguments) == pytest.approx(bend_of(shape), rel=0.1, abs=0.01)
     page.close()
 
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from mplicits.studio.page import WORKER, script
 from mplicits.trainer.shapes.cloud import CloudShape
 from mplicits.trainer.shapes.shape import SurfacePoints
+from mplicits.web.bundle import modules, script
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -36,7 +36,8 @@ DRAW_MESH = """([vertices, faces, count]) => {
 @pytest.fixture(scope="module")
 def page(browser: "Browser") -> Iterator["Page"]:
     page = browser.new_page()
-    page.evaluate(f"{script(WORKER[:-1])} Object.assign(window, {{CloudShape, Shape, randomNumbers}}); null;")
+    scope = script(modules("worker.js")[:-1])
+    page.evaluate(f"{scope} Object.assign(window, {{CloudShape, Shape, randomNumbers}}); null;")
     yield page
     page.close()
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from mplicits.model.model_file import load
-from mplicits.studio.page import page_facts, studio
 from mplicits.trainer.options import CREASE
+from mplicits.web.studio_page import page_facts, studio
 from support.browser import visit
 from support.page_scripts import run
 from support.studio_visit import CONFIG, RADIUS, ball, ready, save

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from mplicits.studio.page import WORKER, script
 from mplicits.trainer.options import CREASE
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.mesh import MeshShape
+from mplicits.web.bundle import modules, script
 from support import needs
 from support.page_scripts import BYTES
 from support.paths import DATA
@@ -60,7 +60,7 @@ PLACES = 2000
 @pytest.fixture(scope="module")
 def page(browser: "Browser") -> Iterator["Page"]:
     page = browser.new_page()
-    page.evaluate(f"{script(WORKER[:-1])} {BYTES} {FACETS} null;")
+    page.evaluate(f"{script(modules('worker.js')[:-1])} {BYTES} {FACETS} null;")
     yield page
     page.close()
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from mplicits.studio.page import script
 from mplicits.trainer.shapes.demo import DemoShape
+from mplicits.web.bundle import script
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from mplicits.studio.page import script
+from mplicits.web.bundle import script
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from torch import Tensor
 
-from mplicits.studio.compile import SOURCE
+from mplicits.web.compile_kernel import SOURCE
 from support import training_steps
 from support.compilers import webgpu
 from support.training_steps import COUNT, ON, SMOOTHNESS, WEIGHT, assert_near, level_samples, network, texture_samples

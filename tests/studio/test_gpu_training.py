@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from mplicits.studio.compile import SOURCE
-from mplicits.studio.page import TRAINER, WORKER, kernel, script
 from mplicits.trainer.config import MiningConfig, StepConfig, TrainingConfig
+from mplicits.web.bundle import modules, script
+from mplicits.web.compile_kernel import SOURCE
+from mplicits.web.studio_page import kernel
 from support import needs
 from support.ball_training import QUICK
 from support.page_scripts import BYTES, packed, run
@@ -85,10 +86,10 @@ def train(page: "Page", is_forced: bool = True, lost_at: int | None = None) -> A
     mesh, network = trimesh.creation.icosphere(subdivisions=3), {"width": 14, "depth": 1}
     settings = {"levels": [network], "texture": network, "omegas": [8, 16], "steps": [STEPS] * STAGES, "seed": 3}
     quick = TrainingConfig(step=StepConfig(batch=BATCH), sampling=QUICK.sampling, measuring=QUICK.measuring)
-    arguments: list[Any] = [script(WORKER), packed(np.frombuffer(kernel(), np.uint8))]
+    arguments: list[Any] = [script(modules("worker.js")), packed(np.frombuffer(kernel(), np.uint8))]
     arguments += [packed(np.asarray(mesh.vertices, np.float64)), packed(np.asarray(mesh.faces, np.uint32))]
     arguments += [{**settings, "isOnGpu": is_forced}, dataclasses.asdict(quick)]
-    return run(page, TRAINER, TRAIN, [*arguments, SOURCE.with_name("step.wgsl").read_text(), lost_at])
+    return run(page, modules("training.js"), TRAIN, [*arguments, SOURCE.with_name("step.wgsl").read_text(), lost_at])
 
 
 @pytest.mark.slow
@@ -114,7 +115,7 @@ def test_a_lost_device_goes_on_in_the_workers(page: "Page", lost_at: int) -> Non
 def test_the_workers_begin_while_the_kernel_compiles(page: "Page", is_ended: bool) -> None:
     """A kernel that comes after the end of its stage is freed; an earlier one joins the workers' next step."""
     network = {"width": 16, "depth": 1, "outputs": 1}
-    assert run(page, TRAINER, LATE, [network, is_ended]) == {
+    assert run(page, modules("training.js"), LATE, [network, is_ended]) == {
         "before": 0,
         "destroyed": int(is_ended),
         "joined": not is_ended,

@@ -21,7 +21,8 @@ from mplicits.model.gallery import FOLDER
 from mplicits.model.model import Network
 from mplicits.model.model_file import load
 from mplicits.model.srgb import to_linear
-from mplicits.studio.page import TRAINER, WORKER, kernel, script
+from mplicits.web.bundle import modules, script
+from mplicits.web.studio_page import kernel
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -178,9 +179,9 @@ def test_the_mesh_of_a_model_is_that_of_python(browser: "Browser") -> None:
     question = {"levels": levels, "texture": packed(model.texture), "triangles": triangles, "place": place}
     page = browser.new_page()
     page.evaluate(BYTES)
-    page.evaluate(f"{{ {script(TRAINER)} window.mesh = {OF_MODEL}; }} null;")
+    page.evaluate(f"{{ {script(modules('training.js'))} window.mesh = {OF_MODEL}; }} null;")
     wasm = base64.b64encode(kernel()).decode()
-    arguments = [script(WORKER), wasm, question]
+    arguments = [script(modules("worker.js")), wasm, question]
     ply, glb = map(read, page.evaluate("asked => window.mesh(asked)", arguments), ("ply", "glb"))
     page.close()
 

@@ -8,8 +8,8 @@ import torch
 import wasmtime
 from torch import Tensor
 
-from mplicits.studio.compile import SOURCE, compile_kernel
 from mplicits.trainer.networks.muon import ITERATIONS, orthogonal
+from mplicits.web.compile_kernel import SOURCE, compile_kernel
 from support import needs, training_steps
 from support.training_steps import COUNT, ON, SMOOTHNESS, WEIGHT, assert_near, level_samples, network, texture_samples
 

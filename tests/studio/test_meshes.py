@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from mplicits.studio.page import MESHES, script
+from mplicits.web.bundle import modules, script
 from support.fuzzing import damaged
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ Read = Callable[[str, bytes], dict[str, list[float] | str]]
 @pytest.fixture(scope="module")
 def read(browser: "Browser") -> Iterator[Read]:
     page = browser.new_page()
-    page.evaluate(f"{script(MESHES)} window.read = {READ}; null;")
+    page.evaluate(f"{script(modules('input.js'))} window.read = {READ}; null;")
     yield lambda name, data: page.evaluate("asked => window.read(asked)", [name, base64.b64encode(data).decode()])
     page.close()
 

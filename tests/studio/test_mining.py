@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from mplicits.studio.page import WORKER
 from mplicits.trainer.config import MiningConfig, SamplingConfig
+from mplicits.web.bundle import modules
 from support.page_scripts import BYTES, packed, run
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def test_samples_are_where_a_level_is_wrong(
     vertices, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
     config = [vars(SamplingConfig()), {k: v for k, v in vars(MiningConfig()).items() if k != "thin"}]
     arguments = [packed(vertices), packed(faces.astype(np.uint32)), is_first, RADIUS, DELTA, NEAR, error, *config]
-    first, second = (np.array(rows).reshape(-1, 12) for rows in run(page, WORKER[:-1], MINE, arguments))
+    first, second = (np.array(rows).reshape(-1, 12) for rows in run(page, modules("worker.js")[:-1], MINE, arguments))
     for rows in (first, second):
         points, distance = rows[:, :3], rows[:, 8]
         exact = np.sqrt(igl.point_mesh_squared_distance(points, vertices, faces)[0])

@@ -15,9 +15,9 @@ from PIL import Image
 
 from mplicits.model.model import Model
 from mplicits.model.model_file import to_bytes
-from mplicits.studio.page import extension
 from mplicits.web.packed_page import packed
 from mplicits.web.page import POSTER_SIDE, poster_pixels, standalone, without_model
+from mplicits.web.studio_page import extension
 from support.browser import Visit, visit
 from support.page_pictures import MODEL, differ
 from support.random_model import random_model

@@ -11,7 +11,7 @@ import av
 import numpy as np
 import pytest
 
-from mplicits.studio.page import script
+from mplicits.web.bundle import script
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser

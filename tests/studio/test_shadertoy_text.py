@@ -29,8 +29,9 @@ from mplicits.model.version import installed_version
 from mplicits.trainer.networks.network import from_model, to_model
 from mplicits.trainer.networks.quantized import quantized_step
 from mplicits.viewer.draw.context import Context
+from mplicits.web.bundle import modules, script
 from mplicits.web.facts import facts_json
-from mplicits.web.page import PRINTER, SHADERTOY, TEXTS, script, shadertoy_element, text_facts
+from mplicits.web.page import shadertoy_element, text_facts
 from support.fitted_model import fitted_model
 from support.paths import DEMO
 from support.random_model import random_model, random_network
@@ -84,7 +85,7 @@ def ask(browser: "Browser", tmp_path_factory: pytest.TempPathFactory) -> Iterato
     prologue = f'<script type="x-shader/x-fragment" id="prologue">{DIALECT.helpers}</script>'
     path.write_text(f'<script type="application/json" id="facts">{facts}</script>{prologue}{shadertoy_element()}')
     page.goto(path.as_uri())
-    page.evaluate(script((*PRINTER, "reference.js", "device.js", *SHADERTOY, *TEXTS)) + ASK)
+    page.evaluate(script(modules("safetensors.js", "field.js", "shadertoy.js", "glsl_function.js")) + ASK)
     yield lambda name, value: page.evaluate("([name, value]) => window.ask[name](value)", [name, value])
     page.close()
 

@@ -17,8 +17,8 @@ from mplicits.readers.content import Mesh
 from mplicits.readers.from_trimesh import of_mesh
 from mplicits.readers.read import read_shape
 from mplicits.readers.tidy import tidy
-from mplicits.studio.page import WORKER, script
 from mplicits.trainer.shapes.mesh import MeshShape
+from mplicits.web.bundle import modules, script
 from support import needs
 from support.paths import DATA
 
@@ -73,7 +73,7 @@ def decoded(text: str, kind: str) -> np.ndarray:
 @pytest.fixture(scope="module")
 def page(browser: "Browser") -> Iterator["Page"]:
     page = browser.new_page()
-    page.evaluate(f"{script(WORKER[:-1])} {FUNCTIONS} null;")
+    page.evaluate(f"{script(modules('worker.js')[:-1])} {FUNCTIONS} null;")
     yield page
     page.close()
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import av
 import pytest
 
-from mplicits.studio.page import script
+from mplicits.web.bundle import script
 from support.browser import PATIENCE
 from support.firefox import firefox
 

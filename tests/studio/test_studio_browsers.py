@@ -12,8 +12,8 @@ from PIL import Image
 from mplicits import cli
 from mplicits.codegen.targets import shadertoy
 from mplicits.model.model_file import load
-from mplicits.studio.page import studio
 from mplicits.viewer.draw.context import Context
+from mplicits.web.studio_page import studio
 from support.browser import visit
 from support.likeness import psnr
 from support.shadertoy import picture

@@ -13,19 +13,20 @@ import trimesh
 from mplicits.field import interpret
 from mplicits.ir.lower import lower
 from mplicits.model.model_file import load
-from mplicits.studio.page import TRAINER, WORKER, kernel, script
 from mplicits.trainer import tracing
 from mplicits.trainer.config import TrainingConfig
 from mplicits.trainer.networks.fit import schedule
 from mplicits.trainer.networks.muon import Muon
 from mplicits.trainer.networks.network import from_model
+from mplicits.web.bundle import modules, script
+from mplicits.web.studio_page import kernel
 from support.ball_training import QUICK
 from support.page_scripts import BYTES, packed, run
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-SHAPE = WORKER[:-1]
+SHAPE = modules("worker.js")[:-1]
 DISTANCES = """([vertices, faces, points]) => {
     const at = new Float64Array(bytesOf(points));
     const shape = new Shape(new Float64Array(bytesOf(vertices)), new Uint32Array(bytesOf(faces)));
@@ -77,7 +78,9 @@ def page(browser: "Browser") -> "Page":
 def test_a_stage_without_time_takes_its_least_steps(page: "Page", first: float) -> None:
     """Its schedule passes in 20 steps, whether its time was over before, ends early, or is longer."""
     for end, count in {3: 20, 5: 20, 9: 20, 45: 40}.items():
-        np.testing.assert_allclose(run(page, TRAINER, TIMER, [first, end]), np.linspace(first, 1, count + 1))
+        np.testing.assert_allclose(
+            run(page, modules("training.js"), TIMER, [first, end]), np.linspace(first, 1, count + 1)
+        )
 
 
 @pytest.mark.parametrize(("width", "padded", "depth"), [(8, 8, 1), (10, 12, 3), (80, 80, 2), (8, 8, 0)])
@@ -126,9 +129,9 @@ def test_distances_and_signs_are_libigl_s(page: "Page") -> None:
 def trained_in(page: "Page", mesh: trimesh.Trimesh, crease: float | None) -> Any:
     """Train a mesh in model space by TRAIN."""
     quick = dataclasses.replace(TrainingConfig(), sampling=QUICK.sampling, measuring=QUICK.measuring)
-    arguments = [script(WORKER), packed(np.frombuffer(kernel(), np.uint8))]
+    arguments = [script(modules("worker.js")), packed(np.frombuffer(kernel(), np.uint8))]
     arguments += [packed(np.asarray(mesh.vertices, np.float64)), packed(np.asarray(mesh.faces, np.uint32))]
-    return run(page, TRAINER, TRAIN, [*arguments, crease, SETTINGS, dataclasses.asdict(quick)])
+    return run(page, modules("training.js"), TRAIN, [*arguments, crease, SETTINGS, dataclasses.asdict(quick)])
 
 
 @pytest.mark.slow

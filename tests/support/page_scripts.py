@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mplicits.studio.page import script
+from mplicits.web.bundle import script
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page

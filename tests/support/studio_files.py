@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mplicits.studio.page import MESHES, script
+from mplicits.web.bundle import modules, script
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -108,7 +108,7 @@ class Reader:
 def shape_reader(browser: "Browser") -> Iterator[Reader]:
     """Open a page that reads files."""
     page = browser.new_page()
-    page.evaluate(f"{script(MESHES)} {_SCRIPT} null;")
+    page.evaluate(f"{script(modules('input.js'))} {_SCRIPT} null;")
     yield Reader(page)
     page.close()
 

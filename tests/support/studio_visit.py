@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from mplicits.studio.page import studio
 from mplicits.trainer.config import TrainingConfig
+from mplicits.web.studio_page import studio
 
 from .ball_training import QUICK
 from .browser import PATIENCE, Visit
@@ -66,7 +66,7 @@ def ready(visited: Visit) -> None:
 
 
 def recorded(visited: Visit) -> list[object] | None:
-    """Return what a reload would offer, studio/app/storage.js: the count of levels, and whether it has a texture."""
+    """Return what a reload would offer, web/stage/storage.js: the count of levels, and whether it has a texture."""
     record: list[object] | None = visited.page.evaluate(_RECORDED)
     return record
 

@@ -25,8 +25,8 @@ from mplicits.model.model import Model
 from mplicits.model.model_file import Training, load, to_bytes
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.loop_limit import schedule_that_fits
+from mplicits.web.bundle import modules, script
 from mplicits.web.facts import CELL_MOMENTS, MANY, TOO_MANY, facts_json
-from mplicits.web.page import PRINTER, script
 from support.packed_model import packed_model
 from support.paths import DEMO
 from support.random_model import random_model
@@ -87,7 +87,9 @@ def ask(browser: "Browser") -> Iterator[Ask]:
     """Return a function that calls a function of ASK with an argument."""
     page = browser.new_page()
     page.set_content(f'<!doctype html><script type="application/json" id="facts">{facts_json({})}</script>')
-    page.evaluate(script((*PRINTER, "reference.js", "cells.js", "lowest.js", "camera.js", "uniforms.js")) + ASK)
+    page.evaluate(
+        script(modules("safetensors.js", "field.js", "cells.js", "lowest.js", "camera.js", "uniforms.js")) + ASK
+    )
     yield lambda name, value: page.evaluate("([name, value]) => window.ask[name](value)", [name, value])
     page.close()
 

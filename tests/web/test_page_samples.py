@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from mplicits.viewer.draw import adaptive
+from mplicits.web.bundle import script
 from mplicits.web.facts import facts_json
-from mplicits.web.page import script, standalone
+from mplicits.web.page import standalone
 from support.browser import visit
 from support.page_pictures import MODEL, differ, remembering
 

@@ -8,6 +8,7 @@ from .network import Weights
 from .snapshot import Snapshot
 
 BETAS = (0.9, 0.99)
+EPSILON = 1e-12
 STATE = ("step", "exp_avg", "exp_avg_sq")  # Adam's state: steps, running means of the gradient and of its square
 
 
@@ -61,7 +62,7 @@ class Optimizer:
                     beta2=BETAS[1],
                     lr=factor * peak,
                     weight_decay=0.0,
-                    eps=1e-12,
+                    eps=EPSILON,
                     maximize=False,
                 )
             for gradient in gradients:

@@ -1,4 +1,4 @@
-import {watchDensity} from "./device.js";
+import {watchDensity} from "../draw/device.js";
 
 // Which elements of a page draw. A browser keeps some 16 graphics contexts, 8 on phones; a further one costs another element
 // its own. So MOST elements draw at once. Where others wait, one that has drawn its picture rests, and keeps the picture.

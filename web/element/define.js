@@ -1,4 +1,4 @@
-import {facts} from "./facts.js";
+import {facts} from "../model/facts.js";
 import {ownModel} from "./models.js";
 import {MplicitsView} from "./view_element.js";
 

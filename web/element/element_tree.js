@@ -1,4 +1,4 @@
-import {BACKGROUNDS, plainBackground} from "./backgrounds.js";
+import {BACKGROUNDS, plainBackground} from "../draw/backgrounds.js";
 
 // What an element shows: the canvas of its drawing, the last picture while it is away, the poster before both, and a line
 // where it fails.

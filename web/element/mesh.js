@@ -1,11 +1,11 @@
-import {Device} from "./device.js";
-import {facts, shared} from "./facts.js";
-import {printField} from "./field.js";
+import {Device} from "../draw/device.js";
+import {fitting} from "../draw/uniforms.js";
+import {facts, shared} from "../model/facts.js";
+import {printField} from "../print/field.js";
+import {TEXTURE_WIDTH} from "../print/texels.js";
 import {lightsOf, MOST_LIGHTS} from "./lights.js";
 import {ownModel} from "./models.js";
 import {castRay} from "./rays.js";
-import {TEXTURE_WIDTH} from "./texels.js";
-import {fitting} from "./uniforms.js";
 
 // A model in a scene of three.js: a box whose fragments trace rays, with the model's depth. It works with every release
 // that has WebGL 2: what differs between them is asked of THREE and of the renderer, never of the release's number.

@@ -1,7 +1,7 @@
-import {bakedScene} from "./baked_scene.js";
-import {facts} from "./facts.js";
-import {lowestPoint} from "./lowest.js";
-import {ModelError, parseModel} from "./safetensors.js";
+import {lowestPoint} from "../draw/lowest.js";
+import {facts} from "../model/facts.js";
+import {ModelError, parseModel} from "../model/safetensors.js";
+import {bakedScene} from "../print/baked_scene.js";
 
 // The models of a page's elements: those in the modules, by name, and those in files. A model is that of parseModel with
 // `ground`, the height of its lowest point, and `poster`, the URL of a picture, or null.

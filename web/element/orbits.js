@@ -1,4 +1,4 @@
-import {shared} from "./facts.js";
+import {shared} from "../model/facts.js";
 
 // Texts of the attributes that place and turn the camera of an element.
 const UNITS = {deg: 1, rad: 180 / Math.PI, "": 1};

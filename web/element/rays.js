@@ -1,4 +1,5 @@
-import {fieldValue} from "./reference.js";
+import {DELTA_FACTOR} from "../model/constants.js";
+import {fieldValue} from "../print/reference.js";
 
 // Rays of THREE.Raycaster against a model, on the CPU.
 const MOST_STEPS = 400;
@@ -27,7 +28,7 @@ function firstHit(model, origin, direction) {
         const [value, level] = fieldValue(model, origin.map((c, k) => c + t * direction[k]));
         const {delta, bounds} = model.levels[level - 1], isLast = level === model.levels.length;
         if (isLast && value < NEAREST_HIT) return t;
-        const step = isLast ? bounds.step_bound * value : bounds.band_step_bound * (value - delta / 1.3);
+        const step = isLast ? bounds.step_bound * value : bounds.band_step_bound * (value - delta / DELTA_FACTOR);
         if (step < 0) return t;
         t += Math.max(step, SMALLEST_STEP);
     }

@@ -1,10 +1,10 @@
-import {homeOf, matrix, orbited, panned, zoomed} from "./camera.js";
-import {nextFrame} from "./device.js";
-import {facts, shared} from "./facts.js";
-import {printField} from "./field.js";
-import {listenToKeys, listenToPointers} from "./gestures.js";
-import {probes} from "./reference.js";
-import {Renderer} from "./renderer.js";
+import {homeOf, matrix, orbited, panned, zoomed} from "../draw/camera.js";
+import {nextFrame} from "../draw/device.js";
+import {Renderer} from "../draw/renderer.js";
+import {facts, shared} from "../model/facts.js";
+import {printField} from "../print/field.js";
+import {probes} from "../print/reference.js";
+import {listenToKeys, listenToPointers} from "../view/gestures.js";
 
 const SIDEWAYS = 8; // pixels; a browser scrolls after some 15
 

@@ -1,1 +1,0 @@
-"""The studio: a web page that trains models."""

@@ -1,0 +1,135 @@
+import {shared} from "../model/facts.js";
+import {gridOf} from "./cells.js";
+
+// Draws one sample of a rectangle of pixels with a variant's programs, pass after pass (glsl/near.glsl, ...).
+const CELL_UNIT = 1; // texture unit of the grid of cells; unit 0 is the default
+export const PLACES_UNIT = 2; // texture unit of the positions of packed samples
+// Texture units of the passes' targets. rays: of near.glsl and trace.glsl; normals: of the first run of normals.glsl;
+// later: of the second run of normals.glsl, for the remaining rays; gate: the mask of a pass in blocks; floor_light: of floor.glsl.
+const READ_UNITS = {rays: 3, normals: 4, later: 5, gate: 6, floor_light: 7};
+const BLOCK = 2; // pixels along the side of a block (blocks.vert.glsl)
+const IN_BLOCKS = ["normals", "trace", "color"]; // passes that draw only where an earlier pass set the mask
+const PER_LEVEL = ["delta", "step_bound", "band_step_bound"]; // uniforms that are arrays of floats
+
+export class Passes {
+    // target(): creates a target of the size of the largest rectangle.
+    constructor(device, target) {
+        const create = () => (device.float ? target() : null);
+        Object.assign(this, {device, cells: null, rays: create(), normals: create(), later: create(), floor: create()});
+    }
+
+    // Returns the names of a variant's passes. Literals are text without loops, which a CPU evaluates for every pixel:
+    // passes skip pixels that need no evaluation. A loop over texels skips itself; with a texture, glsl/traced.glsl
+    // does all in one draw.
+    names(storage) {
+        return this.rays && storage === "literal" ? shared.passes : ["anywhere"];
+    }
+
+    // Whether a pass draws blocks of pixels with blocks.vert.glsl, only where an earlier pass set the mask.
+    inBlocks(name) {
+        return IN_BLOCKS.includes(name);
+    }
+
+    // Returns the macros of a model's passes. A scene has no grid of cells and no first look.
+    defines({field}) {
+        return ["CELLS", "BLOCKS", ...(field ? [] : ["FIRST_LOOK"])].map((macro) => `#define ${macro}\n`).join("");
+    }
+
+    // Sets the grids of cells by which the model's rays skip, or null.
+    setCells(cells) {
+        this.device.gl.deleteTexture(this.cells?.texture ?? null);
+        this.cells = cells && {...cells, time: 0, texture: this.device.grid(cells.count)};
+        if (cells) this.device.fill(this.cells.texture, cells.count, cells.grids[0]);
+    }
+
+    // Uploads the grid of a time.
+    setTime(time) {
+        const {cells} = this;
+        if (!cells || cells.grids.length === 1 || time === cells.time) return;
+        this.device.fill(cells.texture, cells.count, gridOf(cells, time));
+        cells.time = time;
+    }
+
+    // Draws a rectangle [column, row, width, height] of the target `tile`. values: of the uniforms; places: a texture.
+    draw({programs, weights}, values, rectangle, {tile, places}) {
+        const {gl} = this.device, {rays, normals, later, cells} = this;
+        // The current grid: a finer one may exist since `values` was computed.
+        const grid = cells && values.skips ? {cell_count: cells.count, cells_half: [cells.half]} : {cell_count: 0};
+        const pass = (name, target, read = {}, more = {}) =>
+            this.pass(programs[name], {...values, ...grid, ...more}, target, rectangle, read);
+        this.setTime(values.time[0]);
+        gl.activeTexture(gl.TEXTURE0 + CELL_UNIT);
+        gl.bindTexture(gl.TEXTURE_3D, cells?.texture ?? null);
+        this.bind(PLACES_UNIT, places);
+        this.bind(0, weights);
+        if (programs.anywhere) return pass("anywhere", tile);
+        const looks = values.first; // a first look writes a negative alpha for the rays that remain
+        const left = {wanted: [looks ? -1 : 1]}, near = looks ? rays : tile;
+        this.clear([rays, normals], rectangle);
+        pass("near", near);
+        if (looks) pass("normals", normals, {rays, gate: rays});
+        pass("trace", rays, {normals, gate: looks ? normals : near}, left);
+        pass("normals", later, {rays, gate: looks ? normals : rays}, {...left, first: 0});
+        pass("behind", tile, {rays, normals});
+        const shading = shared.shadings[values.shading];
+        if (["steps", "data"].includes(shading)) return;
+        const isStudio = shading === "studio", more = {everywhere: Number(isStudio)};
+        if (isStudio && !values.scattered) more.floor_corner = this.drawFloor(programs.floor, values, rectangle);
+        pass("color", tile, {rays, normals, later, gate: rays, floor_light: this.floor}, more);
+    }
+
+    // Evaluates the studio's floor at the corners of a rectangle's blocks, and of the blocks around them. Returns the first
+    // corner, in blocks from the picture's lower left corner.
+    drawFloor(program, values, [column, row, width, height]) {
+        const block = (pixel) => Math.floor(pixel / shared.floor_block);
+        const [x, y] = [values.origin[0] + column, values.origin[1] + row], corner = [block(x) - 1, block(y) - 1];
+        const size = [block(x + width - 1) + 3 - corner[0], block(y + height - 1) + 3 - corner[1]];
+        this.pass(program, {...values, floor_corner: corner}, this.floor, [0, 0, ...size], {});
+        return corner;
+    }
+
+    clear(targets, rectangle) {
+        const {gl} = this.device;
+        gl.enable(gl.SCISSOR_TEST);
+        gl.scissor(...rectangle);
+        for (const {framebuffer} of targets) {
+            gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+            gl.clear(gl.COLOR_BUFFER_BIT);
+        }
+        gl.disable(gl.SCISSOR_TEST);
+    }
+
+    // Binds a texture, or none, to a unit, and selects unit 0 again.
+    bind(unit, texture) {
+        const {gl} = this.device;
+        gl.activeTexture(gl.TEXTURE0 + unit);
+        gl.bindTexture(gl.TEXTURE_2D, texture);
+        gl.activeTexture(gl.TEXTURE0);
+    }
+
+    // Draws one program to a rectangle of a target. read: the targets that it reads, by their names in glsl/.
+    pass({program, names, inBlocks}, values, {framebuffer}, rectangle, read) {
+        const {gl} = this.device, [column, row, width, height] = rectangle;
+        gl.useProgram(program);
+        for (const [name, unit] of Object.entries(READ_UNITS)) {
+            this.bind(unit, read[name]?.texture ?? null);
+            if (names[name]) gl.uniform1i(names[name], unit);
+        }
+        if (names.cells) gl.uniform1i(names.cells, CELL_UNIT);
+        if (names.places) gl.uniform1i(names.places, PLACES_UNIT);
+        if (inBlocks) gl.uniform4i(names.viewport, column, row, width, height);
+        for (const [name, value] of Object.entries({wanted: [1], everywhere: 0, ...values})) {
+            const location = names[name];
+            if (!location) continue;
+            if (name === "camera") gl.uniformMatrix4fv(location, false, value);
+            else if (name === "iterations") gl.uniform1iv(location, value);
+            else if (typeof value === "number") gl.uniform1i(location, value);
+            else if (PER_LEVEL.includes(name) || value.length === 1) gl.uniform1fv(location, value);
+            else gl[`uniform${value.length}fv`](location, value);
+        }
+        gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+        gl.viewport(column, row, width, height);
+        if (inBlocks) gl.drawArrays(gl.POINTS, 0, Math.ceil(width / BLOCK) * Math.ceil(height / BLOCK));
+        else gl.drawArrays(gl.TRIANGLES, 0, 3);
+    }
+}

@@ -1,0 +1,71 @@
+import {facts, shared} from "../model/facts.js";
+import {parseModel} from "../model/safetensors.js";
+import {lowered, widest} from "../print/lower.js";
+import {probes} from "../print/reference.js";
+
+// Writes the page of a model from this page's own text, which a packed page keeps (web/packed_page.py).
+const STUDIO_PARTS = /(\/\*|<!-{2})studio(\*\/|-{2}>)[^]*?(\/\*|<!-{2})end(\*\/|-{2}>)\n?/g; // marks of web/page.py
+const NO_PICTURE = "data:,", PART = "\x01"; // PART: see MARK in web/packed_page.py
+
+export const canWritePage = Boolean(globalThis.packedPage);
+
+// Resolves to the HTML of the packed page, as `mplicits bake --target html` would write it. bytes: Uint8Array, a model
+// file. ground: height of the lowest point; shade: first shading; poster: of posterOf (poster.js). Throws ModelError.
+export async function pageText(bytes, ground, shade, poster = NO_PICTURE) {
+    const {viewer} = facts.studio, model = parseModel(bytes.slice().buffer, true);
+    const parsed = (text) => new DOMParser().parseFromString(text, "text/html");
+    const outer = parsed(packedPage.outer), page = parsed(packedPage.html.replace(STUDIO_PARTS, ""));
+    const policy = outer.querySelector("meta[http-equiv]");
+    policy.content = policy.content.replace(new RegExp(` \\S+${viewer.policy}`), ""); // with the hash of the studio's script
+    outer.querySelector('meta[property="og:title"]').content = model.name.replaceAll(PART, "");
+    outer.querySelector("meta[name=description]").content = viewer.description;
+    for (const one of [outer, page]) {
+        const picture = one.getElementById("poster");
+        one.title = model.name.replaceAll(PART, "");
+        picture.setAttribute("src", one === outer ? poster : `${PART}poster${PART}`);
+        picture.hidden = poster === NO_PICTURE;
+    }
+    delete page.documentElement.dataset.state;
+    page.getElementById("file").accept = viewer.accept;
+    page.querySelector(".hint").textContent = viewer.hint;
+    const texts = {
+        open: viewer.open, weights: `\n${PART}${bytes.length}${PART}\n`,
+        facts: JSON.stringify(await factsOf({...model, ground}, bytes, shade)).replaceAll("<", "\\u003c"),
+    };
+    for (const [id, text] of Object.entries(texts)) page.getElementById(id).textContent = text;
+    outer.getElementById("packed").textContent = await packed124(new Blob([written(page), "\0", bytes]));
+    return written(outer);
+}
+
+const written = (page) => `<!doctype html>\n${page.documentElement.outerHTML}\n`;
+
+// Resolves to the facts of web/page.py. Their hash is that of the file, and empty where the browser offers none.
+async function factsOf(model, bytes, shade) {
+    const {mplicits, target} = facts, {name, front, credit, levels} = model, {values, texture} = lowered(model);
+    const narrowest = Math.min(...[...values, ...(texture ? [texture] : [])].map(widest));
+    const hash = new Uint8Array(await crypto.subtle?.digest("SHA-256", bytes) ?? 0);
+    return {
+        mplicits, target, name, front, credit, shade, shared, ...probes(model),
+        sha256: Array.from(hash, (byte) => byte.toString(16).padStart(2, "0")).join(""),
+        levels: levels.map(({network}) => `${network[0].rows}x${network.length - 2}`),
+        ground: Number(model.ground.toFixed(4)), storage: narrowest <= shared.storages[0][0] ? "auto" : "texture",
+    };
+}
+
+// Resolves to a blob's deflate stream as text of base 124, which view/packed.html reads.
+export async function packed124(blob) {
+    const stream = blob.stream().pipeThrough(new CompressionStream("deflate-raw"));
+    const data = new Uint8Array(await new Response(stream).arrayBuffer());
+    let text = "";
+    for (let i = 0; i < data.length; i += 869) {
+        const group = data.subarray(i, i + 869), digits = [];
+        let value = BigInt("0x" + Array.from(group, (byte) => byte.toString(16).padStart(2, "0")).join(""));
+        for (let k = Math.ceil(group.length * 1000 / 869); k > 0; --k) {
+            const code = Number(value % 124n) + 1, later = code + (code > 12);
+            digits.push(String.fromCharCode(later + (later > 59)));
+            value /= 124n;
+        }
+        text += digits.reverse().join("");
+    }
+    return text;
+}

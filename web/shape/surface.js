@@ -1,0 +1,21 @@
+import {DISTANCE, SAMPLE} from "../kernel/kernel.js";
+import {nearbyInTurn} from "./curve.js";
+
+// What meshes and point clouds to train on have in common, by their own vertices, surface() and distance().
+export class Surface {
+    // Returns rows of every `step`-th vertex, from the `first` one on.
+    corners(first, step) {
+        const rows = new Float32Array(SAMPLE * Math.ceil((this.vertices.length / 3 - first) / step));
+        for (let at = 0, i = first; at < rows.length; at += SAMPLE, i += step) {
+            rows.set(this.vertices.subarray(3 * i, 3 * i + 3), at);
+        }
+        return rows;
+    }
+
+    // Sets the signed distances of rows of samples.
+    setDistances(rows) {
+        for (const at of nearbyInTurn(rows)) {
+            rows[at + DISTANCE] = this.distance(rows[at], rows[at + 1], rows[at + 2]);
+        }
+    }
+}

@@ -1,0 +1,207 @@
+import {Batches} from "../kernel/batches.js";
+import {COLOR, DIRECTION, DISTANCE, GRADIENT, NORMAL, SAMPLE, VALUE} from "../kernel/kernel.js";
+import {Kernel} from "../kernel/kernel_instance.js";
+import {randomNumbers} from "../kernel/random.js";
+import {TrainingError} from "../kernel/training_error.js";
+import {FLATTEST} from "../model/constants.js";
+import {MeshError} from "../read/mesh_parts.js";
+import {fieldMesh, resolutionFor} from "../save/field_mesh.js";
+import {glbBytes, plyBytes} from "../save/mesh_writer.js";
+import {bendOf} from "../shape/bend.js";
+import {CloudShape} from "../shape/cloud.js";
+import {input, withFacets} from "../shape/input.js";
+import {Shape} from "../shape/shape.js";
+import {hardSamples} from "../train/mining.js";
+import {addNested, addNetwork} from "../train/nested.js";
+import {bandPoints, bandSamples, domainSamples, findStrays} from "../train/sampling.js";
+import {traced} from "../train/tracing.js";
+import {cornersOf} from "./corners.js";
+
+// A worker of a training. It has the shape, draws its own share of the samples, and computes its share of each step.
+const TERMS = ["value", "normal", "distance", "eikonal"]; // of a level's loss, in the kernel's order
+
+let kernel = null, shape = null, task = null, surface = null, volume = null;
+
+const answers = {
+    // Reads a shape, from files or an example, and moves it to model space; or takes the input of an earlier call, which
+    // was kept. See input(), withFacets() and cornersOf(). plain: color of a shape without colors, sRGB. Returns the
+    // input with its facets, and the buffers of its preview.
+    async read({files, example, earlier, plain, crease}) {
+        const {read, corners} = withFacets(earlier ?? await input(files, example), crease);
+        return {...read, preview: cornersOf(read, corners, plain)};
+    },
+
+    // module: the compiled kernel; read: of a shape, as of withFacets().
+    load({module, read}) {
+        kernel = new Kernel(module);
+        const {vertices, faces, cloudNormals, colors, facets} = read;
+        shape = cloudNormals ? new CloudShape(vertices, cloudNormals, colors)
+            : new Shape(vertices, faces, colors, facets);
+    },
+
+    // config: `BendConfig` of trainer/config.py.
+    bend(config) {
+        return bendOf(shape, config);
+    },
+
+    // Draws the samples of a level, and prepares for its steps. network: {width, depth, outputs}; levels: the levels
+    // before, [{network, weights, delta}]; pool: number of samples on the surface, and off it; on, around: the same for
+    // one step; team: number of workers; seed: of all random numbers; config: `SamplingConfig` of trainer/config.py.
+    begin({network, levels, pool, on, around, team, seed, config}) {
+        const random = randomNumbers(seed), rows = shape.surface(pool, random);
+        task = {on, around, team, pool, network, levels, random, hard: null, hardShare: 0};
+        addLevels(levels, rows, false);
+        surface = new Batches(rows, random);
+        volume = new Batches(volumeSamples(levels, pool, team, config, random), random);
+        kernel.prepare(network, on + around);
+    },
+
+    // Draws the samples of the texture; the same arguments. colors: color samples for each sample of the pool.
+    beginTexture({network, levels, pool, on, around, team, seed, colors}) {
+        task = {on, around, team, isTexture: true};
+        const random = randomNumbers(seed), tints = new Float32Array(3 * pool * colors);
+        const colored = shape.surface(pool * colors, random, tints);
+        const addFirst = (some) => addLevels(levels.slice(0, 1), some, false), none = new Float32Array(0);
+        const band = bandPoints(shape, pool, levels[0].delta, addFirst, none, random);
+        surface = new Batches(textureSamples(colored, levels, tints), random);
+        volume = new Batches(textureSamples(band, levels, null), random);
+        kernel.prepare(network, on + around);
+    },
+
+    // Mines hard samples of the level under training, for its later steps. weights: its present ones; factors: of its
+    // loss; config: {sampling, mining}.
+    mine({weights, factors, config}) {
+        const {on, around, team, pool, network, levels, random, hard} = task, isFirst = !levels.length, {mining} = config;
+        const count = Math.min(pool, Math.floor((isFirst ? mining.first_candidates : mining.candidates) / team));
+        const level = {
+            isFirst, near: factors.near, delta: isFirst ? config.sampling.first_band : levels.at(-1).delta,
+            addFrozen: (some) => addLevels(levels, some, true),
+            addLevel: (some) => addNetwork(kernel, {network, weights}, some),
+        };
+        const rows = hardSamples(shape, level, hard?.rows ?? new Float32Array(0), count, config, random);
+        task.hard = rows.length < SAMPLE * mining.fewest ? null : new Batches(rows, random);
+        task.hardShare = isFirst ? mining.first_share : shape.isExact ? mining.exact_share : mining.share;
+        kernel.prepare(network, on + around);
+        return rows.length / SAMPLE;
+    },
+
+    // Returns this worker's share of the gradient, of the loss, and of the mean |f| on the surface. factors: `LossWeights` of a level, or {smoothness}.
+    step({weights, factors}) {
+        const {on, around, team, isTexture} = task, {exports, terms} = kernel;
+        kernel.weights.set(weights);
+        drawBatch();
+        if (isTexture) {
+            exports.texture_step(on + around, on, on * team, (on + around) * team, factors.smoothness);
+            return {gradient: kernel.gradient.slice(), loss: terms[0] + factors.smoothness * terms[1], meanF: 0};
+        }
+        kernel.setLoss(factors);
+        exports.level_step(on + around, on, on * team, around * team);
+        const loss = TERMS.reduce((sum, name, k) => sum + factors[name] * terms[k], 0);
+        return {gradient: kernel.gradient.slice(), loss, meanF: terms[TERMS.length]};
+    },
+
+    // Returns this worker's samples of the last step, or of a new one.
+    samples({isNew}) {
+        if (isNew) drawBatch();
+        return kernel.samples.slice();
+    },
+
+    // Measures the last of the levels on the surface: at `count` new points and at this worker's share of the vertices;
+    // worker: its number, or null for no vertices.
+    // Returns {count, f, distance, angle: sums over new points; largest, steepest: largest |f| and |grad f| of all
+    // points}. distance: from the point to the model's surface, |f| / |grad f|.
+    measure({levels, count, seed, worker, team}) {
+        task = null;
+        const drawn = shape.surface(count, randomNumbers(seed));
+        const result = {count, f: 0, distance: 0, angle: 0, largest: 0, steepest: 0};
+        for (const rows of [drawn, worker === null ? new Float32Array(0) : shape.corners(worker, team)]) {
+            addLevels(levels, rows, false);
+            for (let at = 0; at < rows.length; at += SAMPLE) {
+                const f = Math.abs(rows[at + VALUE]), gradient = rows.subarray(at + GRADIENT, at + DISTANCE);
+                const slope = Math.hypot(...gradient);
+                result.largest = Math.max(result.largest, f);
+                result.steepest = Math.max(result.steepest, slope);
+                if (rows !== drawn) continue;
+                result.f += f;
+                result.distance += f / Math.max(slope, FLATTEST);
+                result.angle += angleBetween(gradient, rows.subarray(at + NORMAL, at + SAMPLE));
+            }
+        }
+        return result;
+    },
+
+    // Measures the step bounds along this worker's share of the rays. See traced().
+    trace({levels, seed, team, config}) {
+        const random = randomNumbers(seed), aims = shape.surface(Math.ceil(config.rays / team), random);
+        const share = {...config, worst: Math.ceil(config.worst / team)};
+        return traced((rows) => addNested(kernel, levels, rows), levels.map(({delta}) => delta), aims, random, share);
+    },
+
+    // Returns the surface of a trained model as {bytes, triangles} of a file. format: "ply" or "glb"; triangles: about their
+    // number; others: of fieldMesh().
+    mesh({format, levels, texture, triangles, place}) {
+        task = null;
+        const mesh = fieldMesh(kernel, levels, texture, resolutionFor(triangles, kernel, levels), place);
+        return {bytes: format === "glb" ? glbBytes(mesh) : plyBytes(mesh), triangles: mesh.faces.length / 3};
+    },
+};
+
+function drawBatch() {
+    const {on, around, hard, hardShare} = task, mined = hard ? Math.round(hardShare * around) : 0;
+    surface.draw(on, kernel.samples, 0);
+    volume.draw(around - mined, kernel.samples, on);
+    hard?.draw(mined, kernel.samples, on + around - mined);
+}
+
+function angleBetween(gradient, normal) {
+    const along = gradient[0] * normal[0] + gradient[1] * normal[1] + gradient[2] * normal[2];
+    return Math.acos(Math.min(1, Math.max(-1, along / Math.max(Math.hypot(...gradient), 1e-8))));
+}
+
+function volumeSamples(levels, pool, team, config, random) {
+    if (!levels.length) return domainSamples(shape, pool, config, random);
+    const {delta} = levels[levels.length - 1], addField = (rows) => addLevels(levels, rows, true);
+    const strays = findStrays(shape, delta, addField, Math.floor(pool * config.stray_share), 1 / team, config, random);
+    return bandSamples(shape, pool, delta, addField, strays, config, random);
+}
+
+// Returns rows in the form of a texture's samples (kernel/siren.c). Their direction is the gradient of the finest level
+// that is defined there (Eq. 3). colors: of the rows; or null.
+function textureSamples(rows, levels, colors) {
+    for (let at = 0; at < rows.length; at += SAMPLE) rows.fill(0, at + VALUE, at + DISTANCE);
+    addNested(kernel, levels, rows);
+    for (let at = 0; at < rows.length; at += SAMPLE) {
+        rows.copyWithin(at + DIRECTION, at + GRADIENT, at + GRADIENT + 3);
+        rows[at + DIRECTION + 3] = 0; // of the time
+        if (colors) rows.set(colors.subarray(at / SAMPLE * 3, at / SAMPLE * 3 + 3), at + COLOR);
+    }
+    return rows;
+}
+
+// Adds the values and gradients of levels to rows of samples. nested: makes the value infinite where a level is not
+// defined, outside the bands before it (Eq. 3).
+function addLevels(levels, rows, nested) {
+    for (const level of levels) {
+        addNetwork(kernel, level, rows);
+        for (let at = VALUE; nested && at < rows.length; at += SAMPLE) {
+            if (!(Math.abs(rows[at]) < level.delta)) rows[at] = Infinity;
+        }
+    }
+}
+
+self.onmessage = async ({data: {id, name, data}}) => {
+    try {
+        const answer = await answers[name](data);
+        self.postMessage({id, answer}, buffersOf(answer));
+    } catch (error) {
+        const isExpected = error instanceof TrainingError || error instanceof MeshError;
+        self.postMessage({id, error: error.message ?? String(error), isExpected});
+    }
+};
+
+// Returns the buffers of the arrays in an answer, which it hands over.
+function buffersOf(answer) {
+    const arrays = ArrayBuffer.isView(answer) ? [answer] : Object.values(answer ?? {}).flatMap((value) => (
+        ArrayBuffer.isView(value) ? [value] : value?.constructor === Object ? Object.values(value).filter(ArrayBuffer.isView) : []));
+    return [...new Set(arrays.map(({buffer}) => buffer))];
+}

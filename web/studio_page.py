@@ -1,0 +1,111 @@
+"""The studio: the page of a model, extended by the training of dropped meshes. Its HTML is in stage/."""
+
+import base64
+import re
+from dataclasses import asdict
+from importlib.resources import files
+from typing import Any
+
+from .. import glsl
+from ..codegen.printers.field import plain_color
+from ..model.model import Model
+from ..model.orientation import UPRIGHT
+from ..trainer.config import TrainingConfig, default_config
+from ..trainer.options import CREASE
+from ..trainer.settings import DEFAULT_PRESET, PRESETS
+from . import packed_page, page, tiny_page
+from .bundle import modules, read, script
+from .minified import short_script
+
+TITLE = "mplicits studio"
+LABELS = {"tiny": "Tiny 6+ kB", "small": "Small 17+ kB", "base": "Base 60+ kB"}
+"""Presets of `train` that the page offers, with the sizes of their Shadertoy texts without colors."""
+SECONDS = {"tiny": 10, "small": 30, "base": 60}
+"""Default seconds of a training."""
+CONFIG = ("loss", "step", "sampling", "mining", "texture", "measuring", "budget", "bend")
+"""Parts of `TrainingConfig` of which the page reads something."""
+LIMITS = {"width": 256, "depth": 7, "levels": 8}
+"""Limits of levels; the kernel's arrays hold 8 layers of sines."""
+
+
+def studio(config: TrainingConfig | None = None, fixed: dict[str, Any] | None = None) -> str:
+    """Return the text of the page without a model.
+
+    config: the hyperparameters of a training. fixed: settings of every training (trainShape in train/training.js), in
+    place of the visitor's, for tests.
+    """
+    return packed_page.packed(page.without_model(TITLE, "phong", extension(config, fixed)))
+
+
+def standalone(model: Model, **options: Any) -> str:
+    """Return the text of a model's page that also trains. options: of `web.page.standalone`. Raises UserError."""
+    return packed_page.packed(page.standalone(model, extension=extension(), **options))
+
+
+def extension(config: TrainingConfig | None = None, fixed: dict[str, Any] | None = None) -> page.Extension:
+    """Return the studio, an addition to the page of a model. config, fixed: see `studio`."""
+    data = _element("worker", packed_page.WORKER, script(modules("worker.js")))
+    data += _element("kernel", packed_page.BINARY, base64.b64encode(kernel()).decode())
+    data += _element("step.wgsl", packed_page.COMPUTE, read("kernel/step.wgsl"))
+    for name in ("preview.vert.glsl", "preview.glsl"):
+        data += _element(name, "x-shader/x-fragment", glsl.read(name))
+    policy, viewer = " 'wasm-unsafe-eval'; worker-src blob:", page.Extension()
+    of_viewer = {"policy": policy} | {key: getattr(viewer, key) for key in ("accept", "open", "hint", "description")}
+    return page.Extension(
+        scripts=script(_further_modules(), after=modules(page.ENTRY)),
+        stage=read("stage/studio.html"),
+        css=read("stage/studio.css"),
+        elements=read("stage/bar.html") + data,
+        facts=page.text_facts()
+        | {"studio": page_facts(config, fixed) | {"viewer": of_viewer, "tiny": tiny_page.page_facts()}},
+        policy=policy,
+        accept=".obj,.mtl,.png,.jpg,.jpeg,.webp,.ply,.stl,.glb,.gltf,.bin,.xyz,.safetensors",
+        open="Open a file",
+        hint="Drop a mesh, a point cloud or a .safetensors model anywhere.",
+        description="Drop a mesh or a point cloud: it trains in the browser to a small neural distance function.",
+    )
+
+
+def _element(name: str, kind: str, text: str) -> str:
+    return f'<script type="{kind}" id="{name}">{text}</script>\n'
+
+
+def _further_modules() -> tuple[str, ...]:
+    """Return the modules of the studio that the page of a model has not."""
+    return tuple(name for name in modules("studio.js") if name not in modules(page.ENTRY))
+
+
+def page_facts(config: TrainingConfig | None = None, fixed: dict[str, Any] | None = None) -> dict[str, Any]:
+    """Return the facts of the studio, `facts.studio` in the scripts. config, fixed: see `studio`."""
+    config = config or default_config()
+    words = set(re.findall(r"\w+", short_script(script((*modules("worker.js"), *_further_modules())))))
+    lengths = config.lengths
+    presets = {
+        name: {"label": label, "levels": PRESETS[name].levels, "packed": PRESETS[name].packed, "seconds": SECONDS[name]}
+        for name, label in LABELS.items()
+    }
+    return {
+        "config": _named({name: asdict(getattr(config, name)) for name in CONFIG}, words),
+        "presets": presets,
+        "preset": DEFAULT_PRESET,
+        "crease": CREASE,
+        "fixed": fixed and {"crease": CREASE} | fixed,
+        "omegas": lengths.omegas,
+        "omega_width": lengths.omega_width,
+        "texture": [*lengths.texture_network, lengths.texture_omega],
+        "limits": LIMITS,
+        "upright": UPRIGHT,
+        "plain": plain_color(),
+    }
+
+
+def _named(values: dict[str, Any], words: set[str]) -> dict[str, Any]:
+    """Return the values, at any depth, whose keys are among words."""
+    return {
+        key: _named(value, words) if isinstance(value, dict) else value for key, value in values.items() if key in words
+    }
+
+
+def kernel() -> bytes:
+    """Return the compiled kernel, a WebAssembly module."""
+    return (files(__package__) / "kernel" / "siren.wasm").read_bytes()
