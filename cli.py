@@ -20,7 +20,7 @@ from .model.errors import UserError
 from .model.extras import advice, install_and_repeat
 from .model.files import inputs_kept, show
 from .model.interrupts import ENDINGS, INTERRUPTED, ended_by
-from .model.verb import Verb
+from .model.verb import HELP_ALL, Verb
 from .model.version import installed_version
 from .trainer.cli import Hooks, training_verbs
 
@@ -65,7 +65,8 @@ def perform(argv: Sequence[str]) -> None:
         verb.arguments(
             choices.add_parser(
                 verb.name, help=verb.help, description=verb.help, epilog=f"example: mplicits {verb.example}"
-            )
+            ),
+            every=HELP_ALL in argv,
         )
     if argv and not argv[0].startswith("-") and argv[0] not in known:
         near = get_close_matches(argv[0], known, n=1)

@@ -28,9 +28,12 @@ class DemoCommand(Options):
 
     train: bool = option(False, "train the built-in shape, unless its model exists")
     seconds: float | None = option(
-        None, f"train again, for S seconds (default: {SECONDS})", metavar="S", least=1, most=MOST_SECONDS
+        None,
+        f"with --train: train it anew, for S seconds (default: {SECONDS})",
+        metavar="S",
+        least=1,
+        most=MOST_SECONDS,
     )
-    retrain: bool = option(False, "train again")
     out_dir: Path = option(Path("out"), "folder of the files", metavar="DIR")
     no_window: bool = option(False, "write files, even with a display")
 
@@ -49,9 +52,11 @@ def demo_verb(perform: Perform) -> Verb:
 def run_demo(command: DemoCommand, perform: Perform) -> None:
     """Open a model in a window, or render and bake it without a display. Raises UserError.
 
-    With --train, --seconds or --retrain it is a model of the built-in shape.
+    With --train it is a model of the built-in shape.
     """
-    model = trained_model(command, perform) if command.changed("train", "seconds", "retrain") else MODEL
+    if command.seconds and not command.train:
+        raise UserError("--seconds: needs --train")
+    model = trained_model(command, perform) if command.train else MODEL
     if not command.no_window and has_display():
         try:
             return announce(perform, "view", model)
@@ -70,11 +75,11 @@ def trained_model(command: DemoCommand, perform: Perform) -> str:
     """Return the path of a model of the built-in shape, and train it if necessary."""
     make_folder(command.out_dir)
     model = str(command.out_dir / "demo.safetensors")
-    if command.seconds or command.retrain or not is_trained(Path(model)):
+    if command.seconds or not is_trained(Path(model)):
         seconds = f"{command.seconds or SECONDS:g}"
         announce(perform, "train", "demo", "-o", model, "--levels", LEVELS, "--seconds", seconds)
     else:
-        print(f"{show(model)} exists; --retrain trains it again", file=sys.stderr)
+        print(f"{show(model)} exists; --seconds {SECONDS} trains it anew", file=sys.stderr)
     return model
 
 

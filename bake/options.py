@@ -30,6 +30,7 @@ class BakeOptions(Options):
         "how weights are stored; auto: literals up to 64 wide, a texture above; "
         "shadertoy: packed in the fewest bits that keep the picture",
         choices=("auto", "literal", "texture", "packed"),
+        study=True,
     )
     digits: int | None = option(None, "decimals of the weights, 0 to 9 (default: all)", metavar="N", least=0, most=9)
     precision: str = option(
@@ -37,6 +38,7 @@ class BakeOptions(Options):
         "float16 rounds the weights, and prints what that costs; pages have 16 bits anyway, where that keeps the field",
         choices=("float32", "float16"),
         excludes="digits",
+        study=True,
     )
     name: str | None = option(None, f"name of the function ({_FUNCTIONS}; default: made from the model's name)")
     space: str | None = option(
@@ -59,7 +61,7 @@ class BakeOptions(Options):
 class InfoOptions(Options):
     """Options of `info`, for the command line and for Python."""
 
-    sizes: bool = option(False, "also bake every target to count its bytes, which takes some seconds")
+    sizes: bool = option(False, "also bake every target to count its bytes, which takes some seconds", study=True)
 
 
 @dataclass(frozen=True)

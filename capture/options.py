@@ -38,6 +38,7 @@ class UnprojectOptions(Options):
         "depth-anything/Depth-Anything-V2-Small-hf",
         "network for --estimate: a folder, or a name on the Hugging Face hub, downloaded at the first use",
         metavar="PATH|NAME",
+        study=True,
     )
     image: str | Path | None = option(
         None, "picture with the colors; its transparent pixels are left out", metavar="RGB"
@@ -90,9 +91,9 @@ class PhotoOptions(Options):
     levels: str | Sequence[str] = option(
         "64x2,128x2", "width and hidden layers of each level, coarse to fine", metavar="NxD,.."
     )
-    omega: Numbers | None = option(None, "omega_0 of each level (default: 15, 30, then 60)", metavar="W,..")
-    radiance: int = option(128, "width of the radiance network", metavar="N", least=1, most=1024)
-    rays: int = option(256, "rays per step", metavar="N", least=16, most=65_536)
+    omega: Numbers | None = option(None, "omega_0 of each level (default: 15, 30, then 60)", metavar="W,..", study=True)
+    radiance: int = option(128, "width of the radiance network", metavar="N", least=1, most=1024, study=True)
+    rays: int = option(256, "rays per step", metavar="N", least=16, most=65_536, study=True)
     seconds: float | None = option(None, "training time, in place of --steps", metavar="S", least=1, most=MOST_SECONDS)
     steps: int = option(6000, "optimizer steps", metavar="N", least=1, most=10_000_000, excludes="seconds")
     held_out: int = option(
@@ -105,7 +106,10 @@ class PhotoOptions(Options):
         None, "factor on the photographs' sides (default: 4 million pixels in all)", metavar="S", above=0, most=1
     )
     camera_size: str | Sequence[int] | None = option(
-        None, "size of the photographs that cameras_sphere.npz describes, if yours are smaller", metavar="WxH"
+        None,
+        "size of the photographs that cameras_sphere.npz describes, if yours are smaller",
+        metavar="WxH",
+        study=True,
     )
     sphere: Numbers | None = option(
         None,

@@ -21,7 +21,7 @@ class MeshOptions(Options):
     )
     level: int | None = option(None, "level whose surface is extracted (default: the last)", metavar="L")
     no_cull: bool = option(
-        False, "evaluate the last level at every vertex of the grid, and keep components outside the bands"
+        False, "evaluate the last level at every vertex of the grid, and keep components outside the bands", study=True
     )
     keep_specks: bool = option(
         False, "keep components of fewer than 100 triangles within a cell of the surface (default: remove them)"
@@ -47,8 +47,10 @@ class EvalOptions(Options):
         most=MOST,
     )
     level: int | None = option(None, "level that is evaluated (default: the last)", metavar="L")
-    samples: int = option(500_000, "points sampled on each surface", metavar="N", least=100, most=100_000_000)
-    seed: int = option(0, "seed of the samples", metavar="K", least=0)
+    samples: int = option(
+        500_000, "points sampled on each surface", metavar="N", least=100, most=100_000_000, study=True
+    )
+    seed: int = option(0, "seed of the samples", metavar="K", least=0, study=True)
     quiet: bool = option(False, "show no progress bar")
     time: float | None = option(None, TIME, metavar="T", least=0, most=1)
     follow: bool = follow_option()

@@ -26,6 +26,8 @@ from .files import show, show_value
 from .value_types import as_tuples, fits, words_of
 
 Value = TypeVar("Value")
+GROUPS = ("", "shape", "network", "training", "files")
+"""Titles of the parts of `--help`, in their order."""
 LARGEST = 1e300
 """Bound of all numbers, below infinity."""
 
@@ -51,6 +53,10 @@ class Declaration:
     flags: Sequence[str] = ()
     """Flags other than --NAME."""
     positional: bool = False
+    group: str = ""
+    """One of GROUPS."""
+    study: bool = False
+    """Whether only `--help-all` lists it."""
 
 
 def option(default: Value, help: str, **more: Any) -> Value:

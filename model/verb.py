@@ -8,7 +8,9 @@ from pathlib import Path
 from types import UnionType
 from typing import Any, get_args, get_origin
 
-from .options import Declaration, Options, declarations, flag_of, option
+from .options import GROUPS, Declaration, Options, declarations, flag_of, option
+
+HELP_ALL = "--help-all"
 
 
 @dataclass(frozen=True)
@@ -27,9 +29,9 @@ class Verb:
     extra: str = "train"
     """Extra of pyproject.toml that brings the packages of the verb."""
 
-    def arguments(self, parser: ArgumentParser) -> None:
-        """Add the verb's options to a parser."""
-        add_arguments(parser, self.options)
+    def arguments(self, parser: ArgumentParser, *, every: bool = False) -> None:
+        """Add the verb's options to a parser. every: whether its help lists those for studies, too."""
+        add_arguments(parser, self.options, every=every)
 
     def run(self, args: Namespace) -> None:
         """Run the verb with parsed arguments. Raises UserError."""
@@ -46,17 +48,17 @@ def force_option() -> Any:
     return option(False, "write over a file of another kind, too")
 
 
-def add_arguments(parser: ArgumentParser, schema: type[Options]) -> None:
+def add_arguments(parser: ArgumentParser, schema: type[Options], *, every: bool = False) -> None:
     """Declare a schema's options to a parser. Options that the user leaves out are absent from the namespace.
 
     The type of a field decides how its text is read: bool is a flag, a tuple is numbers joined by commas, a type that
-    includes str keeps the text. The help ends with the default, unless this is None, False or "".
+    includes str keeps the text. The help ends with the default, unless this is None, False or "". every: see `Verb`.
     """
+    groups: dict[str, Any] = {"": parser}
     # A value such as -30,20 or -y is no option: the rule of Python 3.14, for older versions.
     parser._negative_number_matcher = re.compile(r"-\.?\d|-[xyz]$")
-    for each in fields(schema):
-        if not each.metadata:
-            continue
+    declared_fields = [each for each in fields(schema) if each.metadata]
+    for each in sorted(declared_fields, key=lambda each: GROUPS.index(each.metadata["declaration"].group)):
         declared: Declaration = each.metadata["declaration"]
         types = get_args(each.type) if isinstance(each.type, UnionType) else (each.type,)
         more: dict[str, Any] = {"default": SUPPRESS, "help": declared.help.replace("%", "%%")}
@@ -75,7 +77,14 @@ def add_arguments(parser: ArgumentParser, schema: type[Options]) -> None:
             more["dest"] = each.name
             if each.default not in (None, "") and each.default is not False:
                 more["help"] += f" (default: {_text(each.default)})"
-        parser.add_argument(*names, **more)
+        if declared.study and not every:
+            more["help"] = SUPPRESS
+        title = declared.group
+        if title not in groups:
+            groups[title] = parser.add_argument_group(title)
+        groups[title].add_argument(*names, **more)
+    if any(declared.study for declared in declarations(schema).values()):
+        parser.add_argument(HELP_ALL, action="help", help="list the options for studies, too")
 
 
 def read(schema: type[Options], args: Namespace) -> Any:

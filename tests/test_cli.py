@@ -150,6 +150,15 @@ def test_images_that_a_mesh_names_are_not_overwritten(
         assert picture.read_bytes() == before
 
 
+def test_help_all_lists_the_options_for_studies(capsys: pytest.CaptureFixture[str]) -> None:
+    listed = {}
+    for flag in ("--help", "--help-all"):
+        assert cli.main(["train", flag]) == 0
+        listed[flag] = capsys.readouterr().out
+    assert ("--omega" in listed["--help"], "--omega" in listed["--help-all"]) == (False, True)
+    assert "\nshape:\n" in listed["--help"]
+
+
 @pytest.mark.parametrize("name", cli.verbs())
 def test_the_help_of_a_verb_ends_with_a_valid_example(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     verb = cli.verbs()[name]

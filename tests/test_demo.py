@@ -89,7 +89,7 @@ def test_the_demo_trains_if_necessary(demo: tuple[Verbs, list[str]]) -> None:
     verbs.interrupted = True
     assert cli.main([*argv, "--train"]) == 0
     verbs.interrupted = False
-    for more, trains in ((["--train"], True), (["--train"], False), (["--retrain"], True), (["--seconds", "9"], True)):
+    for more, trains in ((["--train"], True), (["--train"], False), (["--train", "--seconds", "9"], True)):
         verbs.calls.clear()
         assert cli.main([*argv, *more]) == 0
         assert verbs.calls == ["train"] * trains + FILES

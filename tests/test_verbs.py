@@ -151,7 +151,7 @@ def test_morph_and_motion_equal_the_verbs(tmp_path: Path, monkeypatch: pytest.Mo
     assert cli.main(["train", str(tmp_path), "--time", "-o", str(output), "--force", *argv]) == 0
     ours = mplicits.train(tmp_path, "8x0", time=True, **options)  # type: ignore[arg-type]
     assert ours.model.sha256() == load(output).sha256()
-    with pytest.raises(mplicits.UserError, match=r"--texture image\.png: a morph takes auto or none"):
+    with pytest.raises(mplicits.UserError, match=r"--texture image\.png: choose from auto, none"):
         mplicits.morph(first, second, "8x0", texture="image.png")
     with pytest.raises(mplicits.UserError, match="needs the path of a folder of meshes"):
         mplicits.train((np.eye(3), np.array([[0, 1, 2]])), "8x0", time=True)

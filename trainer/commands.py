@@ -26,10 +26,12 @@ class FileOptions(Options):
 
     output: Path | None = output_option("M.safetensors", OUTPUT_HELP)
     force: bool = force_option()
-    resume: bool = option(False, RESUME_HELP)
-    preview: Path | None = option(None, PREVIEW_HELP, metavar="DIR")
-    live: bool = option(False, LIVE_HELP, excludes="quiet")
-    json: bool = option(False, "print one JSON object: the model's figures, and what was read of the shape")
+    resume: bool = option(False, RESUME_HELP, group="files")
+    preview: Path | None = option(None, PREVIEW_HELP, metavar="DIR", group="files")
+    live: bool = option(False, LIVE_HELP, excludes="quiet", study=True, group="files")
+    json: bool = option(
+        False, "print one JSON object: the model's figures, and what was read of the shape", group="files"
+    )
 
 
 @dataclass(frozen=True)
@@ -40,11 +42,20 @@ class TrainCommand(FileOptions, TrainOptions):
         "SHAPE",
         SHAPE_HELP + "; or a folder of them, with -o OUT/",
     )
-    jobs: int = option(1, "of a folder: number of shapes to train at the same time", metavar="N", least=1, most=1024)
+    jobs: int = option(
+        1,
+        "of a folder: number of shapes to train at the same time",
+        metavar="N",
+        least=1,
+        most=1024,
+        group="files",
+    )
     cluster: str | None = option(
         None,
         "of a folder: train on the workers of the Dask scheduler there (tcp://host:8786), which see its files",
         metavar="ADDRESS",
+        study=True,
+        group="files",
     )
 
 
@@ -63,4 +74,4 @@ class CheckCommand(CheckOptions):
     shape: str = argument("SHAPE", SHAPE_HELP)
     output: Path | None = output_option("P.png", "draw the shape from two sides; red is seen from inside")
     force: bool = force_option()
-    json: bool = option(False, "print one JSON object")
+    json: bool = option(False, "print one JSON object", group="files")

@@ -34,14 +34,19 @@ class TrainingOptions(Options):
         None,
         "width and hidden layers of each level, coarse to fine: 64x1,64x2,128x2",
         metavar="NxD,..",
+        group="network",
     )
-    preset: str = option(DEFAULT_PRESET, f"levels by name: {_PRESETS}", choices=tuple(PRESETS))
-    packed: bool = option(False, "quantize the weights to a few bits, for short shader texts (bake --target shadertoy)")
+    preset: str = option(DEFAULT_PRESET, f"levels by name: {_PRESETS}", choices=tuple(PRESETS), group="network")
+    packed: bool = option(
+        False, "quantize the weights to a few bits, for short shader texts (bake --target shadertoy)", group="network"
+    )
     omega: Numbers | None = option(
         None,
         "omega_0 of each level (default: 40,80,120; less below 64 wide and for smooth shapes), then of the texture "
         "(default: 50)",
         metavar="W,..",
+        study=True,
+        group="network",
     )
     seconds: float | None = option(
         None,
@@ -50,22 +55,27 @@ class TrainingOptions(Options):
         least=1,
         most=MOST_SECONDS,
         excludes="steps",
+        group="training",
     )
     steps: Numbers | None = option(
         None,
         "optimizer steps of each level, then of the texture (the same seed and steps give the same weights)",
         metavar="N,..",
+        group="training",
     )
     texture: str = option(
         "auto",
         "auto: learn colors where the shape has them, of a material's image, of vertices or points; none: geometry "
         "only; FILE: an image, by texture coordinates",
         metavar="auto|none|FILE",
+        group="shape",
     )
     texture_network: str | None = option(
         None,
         "width and hidden layers of the texture (default: those of the last level, 64x2 at most)",
         metavar="NxD",
+        study=True,
+        group="network",
     )
     crease: float = option(
         CREASE,
@@ -74,29 +84,39 @@ class TrainingOptions(Options):
         metavar="DEG",
         least=0,
         most=180,
+        group="shape",
     )
-    flat: bool = option(False, "keep a mesh's faces flat, and every edge sharp", excludes="crease")
+    flat: bool = option(False, "keep a mesh's faces flat, and every edge sharp", excludes="crease", group="shape")
     up: str | None = option(
-        None, "axis of the shape's file that points up (default: y, or that of the file's format)", choices=UPRIGHT
+        None,
+        "axis of the shape's file that points up (default: y, or that of the file's format)",
+        choices=UPRIGHT,
+        group="shape",
     )
-    front: Numbers | None = option(None, FRONT_HELP, metavar="AZ,EL")
-    credit: str | None = option(None, CREDIT_HELP, metavar="TEXT")
-    seed: int = option(0, "seed of all random numbers", metavar="K", least=0, most=2**40 - 1)
+    front: Numbers | None = option(None, FRONT_HELP, metavar="AZ,EL", group="shape")
+    credit: str | None = option(None, CREDIT_HELP, metavar="TEXT", group="shape")
+    seed: int = option(0, "seed of all random numbers", metavar="K", least=0, most=2**40 - 1, group="training")
     device: str = option(
-        "auto", "where to train; auto: on a CUDA device if there is one", choices=("auto", "cpu", "cuda")
+        "auto",
+        "where to train; auto: on a CUDA device if there is one",
+        choices=("auto", "cpu", "cuda"),
+        group="training",
     )
     weights: str | Mapping[str, float] | None = option(
         None,
         "weights of the loss: value, normal, eikonal (Eq. 4), distance (off the surface), length (times eikonal, "
         "on the surface)",
         metavar="NAME=X,..",
+        study=True,
+        group="training",
     )
     log: str | Path | None = option(
         None,
         "write a line of JSON for every report: the loss, its terms, and mean |f| at held-out points",
         metavar="FILE.jsonl",
+        group="training",
     )
-    quiet: bool = option(False, "show no progress bar, and not what was read of the shape")
+    quiet: bool = option(False, "show no progress bar, and not what was read of the shape", group="training")
     follow: bool = follow_option()
 
     @property
@@ -142,6 +162,7 @@ class TrainOptions(TrainingOptions):
     time: bool = option(
         False,
         "SHAPE is a folder of meshes, the moments of a motion: sorted by name, evenly spaced from t = 0 to t = 1",
+        group="shape",
     )
     noise: float | None = option(
         None,
@@ -150,18 +171,21 @@ class TrainOptions(TrainingOptions):
         metavar="S",
         least=0,
         most=0.1,
+        group="shape",
     )
     columns: str | Sequence[str] | None = option(
         None,
         "what the columns of a cloud are: x,y,z,nx,ny,nz,r,g,b in the file's order, - for one that is not used "
         "(default: by their names, or by their lengths and ranges)",
         metavar="NAME,..",
+        group="shape",
     )
     bits: str | float | None = option(
         None,
         "round the weights of the finished model to few bits, as `pack` does: for each weight, or auto",
         metavar="N|auto",
         excludes="time",
+        group="network",
     )
     thicken: float | None = option(
         None,
@@ -169,6 +193,7 @@ class TrainOptions(TrainingOptions):
         metavar="T",
         least=0.001,  # Networks do not resolve thinner sheets.
         most=1,
+        group="shape",
     )
 
     def settings(self) -> Settings:
@@ -203,6 +228,12 @@ class CheckOptions(Options):
 class MorphOptions(TrainingOptions):
     """Options of `morph` (docs/training.md)."""
 
+    texture: str = option(
+        "auto",
+        "auto: learn colors where the shapes have them; none: geometry only",
+        choices=("auto", "none"),
+        group="shape",
+    )
     in_place: bool = option(
         False, "keep both shapes at their places in their common space (default: each fits the unit sphere)"
     )
@@ -212,15 +243,17 @@ class MorphOptions(TrainingOptions):
 class ImportOptions(Options):
     """Options of `import` (docs/training.md)."""
 
-    omega: Numbers | None = option(None, "omega_0 of each file, for files without it (*_with_w0.pth)", metavar="W,..")
+    omega: Numbers | None = option(
+        None, "omega_0 of each file, for files without it (*_with_w0.pth)", metavar="W,..", study=True, group="network"
+    )
     shape: str | Path | None = option(
         None,
         "shape of the training: its points give the bands, its coordinates the model's (default: the last level's "
         "surface gives the bands)",
         metavar="SHAPE",
     )
-    front: Numbers | None = option(None, FRONT_HELP, metavar="AZ,EL")
-    credit: str | None = option(None, CREDIT_HELP, metavar="TEXT")
+    front: Numbers | None = option(None, FRONT_HELP, metavar="AZ,EL", group="shape")
+    credit: str | None = option(None, CREDIT_HELP, metavar="TEXT", group="shape")
     follow: bool = follow_option()
 
     def omegas(self, count: int) -> list[float | None]:

@@ -105,8 +105,6 @@ def morph_source(
     first, second: models, paths of meshes or models, names of the gallery, or "demo". surface_of: extracts the surface
     of a model. Raises UserError.
     """
-    if options.texture not in ("auto", "none"):
-        raise UserError(f"--texture {options.texture}: a morph takes auto or none; two shapes have no image in common")
     ends = [end if isinstance(end, Model) else _end_path(str(end)) for end in (first, second)]
     paths = [path_of(end, "shape") for end in ends if isinstance(end, str)]
 

@@ -53,6 +53,7 @@ class RenderCommand(PictureOptions):
         "then draw N more frames of one ray per pixel, and print the median of frames per second",
         metavar="N",
         least=1,
+        study=True,
     )
     json: bool = option(False, "print one JSON object")
 

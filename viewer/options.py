@@ -76,7 +76,9 @@ class ViewerOptions(RenderOptions, CameraOptions):
         "coordinates of --mesh: those of the model's shape, or of the unit sphere (default: input)",
         choices=("input", "model"),
     )
-    storage: str = option("auto", "how the shader holds the weights", choices=("auto", "literal", "texture"))
+    storage: str = option(
+        "auto", "how the shader holds the weights", choices=("auto", "literal", "texture"), study=True
+    )
     follow: bool = follow_option()
 
     def __post_init__(self) -> None:
@@ -98,12 +100,14 @@ class PictureOptions(ViewerOptions):
         "auto",
         "OpenGL context: egl (a GPU, else software), osmesa (software), window (hidden); auto: the first that works",
         choices=("auto", "osmesa", "egl", "window"),
+        study=True,
     )
     transparent: bool = option(False, "leave out the background: alpha is coverage")
     split: bool = option(
         False,
         "left half: normals of --level, or the mesh's own; right half: normals of --normal-level "
         "(default: level 1, and the last one)",
+        study=True,
     )
 
     def __post_init__(self) -> None:

@@ -9,6 +9,7 @@ import json
 import re
 from importlib import import_module
 from pathlib import Path
+from typing import Any, cast
 
 NUMBERS = {
     "DELTA_FACTOR": "model.model.DELTA_FACTOR",
@@ -72,8 +73,8 @@ FILE = Path(__file__).with_name("model") / "constants.js"
 def number(place: str) -> float:
     """Return the number at a place of NUMBERS."""
     module, name, *index = re.split(r"\.(?=[A-Z_]+(?:$|\.\d))|\.(?=\d)", place)
-    value = getattr(import_module(f"..{module}", __package__), name)
-    return value[int(index[0])] if index else value
+    value: Any = getattr(import_module(f"..{module}", __package__), name)
+    return cast(float, value[int(index[0])] if index else value)
 
 
 def text() -> str:

@@ -14,7 +14,7 @@ from mplicits.web.compile_kernel import SOURCE
 from mplicits.web.studio_page import kernel
 from support import needs
 from support.ball_training import QUICK
-from support.page_scripts import BYTES, packed, run
+from support.page_scripts import BYTES, TRAINING, packed, run
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -89,7 +89,12 @@ def train(page: "Page", is_forced: bool = True, lost_at: int | None = None) -> A
     arguments: list[Any] = [script(modules("worker.js")), packed(np.frombuffer(kernel(), np.uint8))]
     arguments += [packed(np.asarray(mesh.vertices, np.float64)), packed(np.asarray(mesh.faces, np.uint32))]
     arguments += [{**settings, "isOnGpu": is_forced}, dataclasses.asdict(quick)]
-    return run(page, modules("training.js"), TRAIN, [*arguments, SOURCE.with_name("step.wgsl").read_text(), lost_at])
+    return run(
+        page,
+        TRAINING,
+        TRAIN,
+        [*arguments, SOURCE.with_name("step.wgsl").read_text(), lost_at],
+    )
 
 
 @pytest.mark.slow
@@ -115,7 +120,7 @@ def test_a_lost_device_goes_on_in_the_workers(page: "Page", lost_at: int) -> Non
 def test_the_workers_begin_while_the_kernel_compiles(page: "Page", is_ended: bool) -> None:
     """A kernel that comes after the end of its stage is freed; an earlier one joins the workers' next step."""
     network = {"width": 16, "depth": 1, "outputs": 1}
-    assert run(page, modules("training.js"), LATE, [network, is_ended]) == {
+    assert run(page, TRAINING, LATE, [network, is_ended]) == {
         "before": 0,
         "destroyed": int(is_ended),
         "joined": not is_ended,

@@ -23,6 +23,7 @@ from mplicits.model.model_file import load
 from mplicits.model.srgb import to_linear
 from mplicits.web.bundle import modules, script
 from mplicits.web.studio_page import kernel
+from support.page_scripts import TRAINING
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -179,7 +180,7 @@ def test_the_mesh_of_a_model_is_that_of_python(browser: "Browser") -> None:
     question = {"levels": levels, "texture": packed(model.texture), "triangles": triangles, "place": place}
     page = browser.new_page()
     page.evaluate(BYTES)
-    page.evaluate(f"{{ {script(modules('training.js'))} window.mesh = {OF_MODEL}; }} null;")
+    page.evaluate(f"{{ {script(TRAINING)} window.mesh = {OF_MODEL}; }} null;")
     wasm = base64.b64encode(kernel()).decode()
     arguments = [script(modules("worker.js")), wasm, question]
     ply, glb = map(read, page.evaluate("asked => window.mesh(asked)", arguments), ("ply", "glb"))

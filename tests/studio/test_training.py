@@ -21,7 +21,7 @@ from mplicits.trainer.networks.network import from_model
 from mplicits.web.bundle import modules, script
 from mplicits.web.studio_page import kernel
 from support.ball_training import QUICK
-from support.page_scripts import BYTES, packed, run
+from support.page_scripts import BYTES, TRAINING, packed, run
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -79,7 +79,8 @@ def test_a_stage_without_time_takes_its_least_steps(page: "Page", first: float) 
     """Its schedule passes in 20 steps, whether its time was over before, ends early, or is longer."""
     for end, count in {3: 20, 5: 20, 9: 20, 45: 40}.items():
         np.testing.assert_allclose(
-            run(page, modules("training.js"), TIMER, [first, end]), np.linspace(first, 1, count + 1)
+            run(page, TRAINING, TIMER, [first, end]),
+            np.linspace(first, 1, count + 1),
         )
 
 
@@ -131,7 +132,12 @@ def trained_in(page: "Page", mesh: trimesh.Trimesh, crease: float | None) -> Any
     quick = dataclasses.replace(TrainingConfig(), sampling=QUICK.sampling, measuring=QUICK.measuring)
     arguments = [script(modules("worker.js")), packed(np.frombuffer(kernel(), np.uint8))]
     arguments += [packed(np.asarray(mesh.vertices, np.float64)), packed(np.asarray(mesh.faces, np.uint32))]
-    return run(page, modules("training.js"), TRAIN, [*arguments, crease, SETTINGS, dataclasses.asdict(quick)])
+    return run(
+        page,
+        TRAINING,
+        TRAIN,
+        [*arguments, crease, SETTINGS, dataclasses.asdict(quick)],
+    )
 
 
 @pytest.mark.slow

@@ -17,7 +17,10 @@ class RenderOptions(Options):
 
     level: int | None = option(None, "last level that rays trace (default: the model's last)", metavar="L")
     normal_level: int | None = option(
-        None, "level of the normals; above --level: normal mapping, Section 3.2 (default: that of --level)", metavar="L"
+        None,
+        "level of the normals; above --level: normal mapping, Section 3.2 (default: that of --level)",
+        metavar="L",
+        study=True,
     )
     shade: str = option("phong", "shading", choices=SHADINGS)
     iterations: tuple[int, ...] | None = option(
@@ -26,18 +29,19 @@ class RenderOptions(Options):
         metavar="20,5,5",
         least=1,
         most=10_000,
+        study=True,
     )
     rounds: int | None = option(
-        None, "passes through the levels (default: the shader's)", metavar="N", least=1, most=1000
+        None, "passes through the levels (default: the shader's)", metavar="N", least=1, most=1000, study=True
     )
     schedule: str = option(
-        SCHEDULES[-1], "sphere tracing as in the paper, or over-relaxed, in fewer steps", choices=SCHEDULES
+        SCHEDULES[-1], "sphere tracing as in the paper, or over-relaxed, in fewer steps", choices=SCHEDULES, study=True
     )
-    delta_scale: float = option(1.0, "factor on the bands' widths", metavar="X", above=0, most=100)
+    delta_scale: float = option(1.0, "factor on the bands' widths", metavar="X", above=0, most=100, study=True)
     step_scale: float | None = option(
-        None, "factor on the steps; below 1: safer, slower", metavar="X", above=0, most=100
+        None, "factor on the steps; below 1: safer, slower", metavar="X", above=0, most=100, study=True
     )
-    plain: bool = option(False, "leave out the model's colors")
+    plain: bool = option(False, "leave out the model's colors", study=True)
     light: Color | None = option(None, "direction to the light: right, up, to the viewer", metavar="X,Y,Z")
     background: str | tuple[Color, Color] | None = option(
         None, "one color, or two: top,bottom", metavar="#RRGGBB[,#RRGGBB]"
@@ -45,7 +49,7 @@ class RenderOptions(Options):
     samples: int = option(
         1, "most rays of a pixel; pixels like their neighbors take one", metavar="N", least=1, most=256
     )
-    uniform: bool = option(False, "take all samples for every pixel")
+    uniform: bool = option(False, "take all samples for every pixel", study=True)
     time: float = option(0.0, "time of a model that moves, from 0 to 1", metavar="T", least=0, most=1)
     transparent: bool = False
     """Whether alpha is coverage, and the background is left out of the colors."""
