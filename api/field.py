@@ -111,7 +111,7 @@ class Field(FieldFunction):
         files = {} if path is None else {path: ""} | TARGETS[options.target].beside(path)
         for file in files:
             check_writable(file, kind=GENERATED)
-        text = bake(self.model, options).text
+        text = bake(self.model, options)[0].text
         for file, more in files.items():
             write_whole(file, more or text)
         return text

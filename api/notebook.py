@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from ..model.errors import UserError
 from ..model.page_style import DARK, LIGHT
-from ..web.page import standalone
+from ..web.document import whole
+from ..web.page import page_of, standalone
 from .pictures import file_name, png
 
 if TYPE_CHECKING:
@@ -73,7 +74,7 @@ def frame(field: "Field", png: str) -> str:
     png: `picture(field)`, visible before the page runs. It is also behind the iframe: JupyterLab and GitHub remove
     iframes from notebooks that they do not trust.
     """
-    page = json.dumps(standalone(field.model)).replace("<", "\\u003c")
+    page = json.dumps(whole(page_of(field.model)[0])).replace("<", "\\u003c")
     content = {
         "LIGHT": LIGHT["surface"],
         "DARK": DARK["surface"],

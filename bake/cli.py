@@ -43,7 +43,6 @@ def _bake(command: BakeCommand) -> None:
     from ..model.files import check_writable, show, write_whole
     from ..model.kinds import GENERATED
     from ..model.model_file import load
-    from ..web.policy import policy_of
     from .bake import bake
 
     model = load(command.model)
@@ -51,14 +50,14 @@ def _bake(command: BakeCommand) -> None:
     more = TARGETS[command.target].beside(output)
     for path in (output, *more):
         check_writable(path, [command.model], kind=GENERATED, force=command.force)
-    baked = bake(model, command)
-    for line in baked.rounding:
+    baked, lines = bake(model, command)
+    for line in lines:
         print(line, file=sys.stderr)
     for path, text in (more | {output: baked.text}).items():
         write_whole(path, text)
     print(f"{show(output)}: {command.target}, {len(baked.text.encode()):,} bytes", file=sys.stderr)
-    if (policy := policy_of(baked.text)) is not None:
-        print(f"its policy, for a server that sends a header: {policy}", file=sys.stderr)
+    if baked.policy is not None:
+        print(f"its policy, for a server that sends a header: {baked.policy}", file=sys.stderr)
 
 
 @dataclass(frozen=True)

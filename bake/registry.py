@@ -3,14 +3,14 @@
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
+from ..codegen.targets.baked import Baked
 from ..codegen.targets.uniforms import OPENING_SHADES
 from ..model.errors import UserError
 from ..model.files import is_special, show
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from types import ModuleType
 
     from ..model.model import Model
@@ -37,7 +37,7 @@ class Target:
     march: bool = False
     """Whether the text can also intersect rays (--with-march)."""
 
-    def __call__(
+    def baked(
         self,
         model: "Model",
         storage: str = "auto",
@@ -47,8 +47,10 @@ class Target:
         shade: str | None = None,
         studio: bool = False,
         with_march: bool = False,
-    ) -> str:
-        """Return the text of the output file, by the module's function `standalone`.
+    ) -> Baked:
+        """Return the text of the output file and what is said of it.
+
+        The module's function `baked` makes it, or `standalone` the text alone.
 
         storage: "auto", or another storage of the target. digits: decimals of the weights; None for all. name: of the
         function; None for the model's name. space: "model" or "input", the space of the function's points; None for
@@ -63,11 +65,11 @@ class Target:
         if studio:
             if not self.studio:
                 raise UserError(f"--studio: only these targets take it: {_names('studio')}")
-            return replace(self, module=self.studio, studio="")(model, storage, digits, name, space, shade)
+            return replace(self, module=self.studio, studio="").baked(model, storage, digits, name, space, shade)
         if with_march and not self.march:
             raise UserError(f"--with-march: only these targets take it: {_names('march')}")
         if self.function:
-            return self._standalone(
+            return self._made(
                 model,
                 storage=storage,
                 digits=digits,
@@ -79,24 +81,21 @@ class Target:
             if value is not None:
                 raise UserError(f"--{option}: only these targets take it: {_names('function')}")
         more = {} if shade is None else {"shade": shade}
-        return self._standalone(model, storage=storage, digits=digits, **more)
+        return self._made(model, storage=storage, digits=digits, **more)
 
-    def rounding(
-        self, model: "Model", storage: str = "auto", digits: int | None = None, studio: bool = False
-    ) -> str | None:
-        """Say how far the weights of the text are rounded, in one line; None for exact weights.
+    def __call__(self, model: "Model", *arguments: Any, **options: Any) -> str:
+        """Return the text of the output file. Arguments: see `baked`."""
+        return self.baked(model, *arguments, **options).text
 
-        The module's function `rounding` says it where the module chooses the weights. Arguments: see `__call__`.
-        """
-        if studio:
-            return replace(self, module=self.studio).rounding(model, storage, digits)
-        if hasattr(self._module, "rounding"):
-            return cast("str | None", self._module.rounding(model, storage, digits))
+    def _made(self, model: "Model", digits: int | None, **options: Any) -> Baked:
+        if hasattr(self._module, "baked"):
+            return cast(Baked, self._module.baked(model, digits=digits, **options))
+        text = self._module.standalone(model, digits=digits, **options)
         if digits is None:
-            return None
+            return Baked(text)
         from ..field.rounding import decimals_line
 
-        return decimals_line(model, digits)
+        return Baked(text, decimals_line(model, digits))
 
     def beside(self, path: Path) -> dict[Path, str]:
         """Return the further files of an output file: path -> text. There is none beside a pipe."""
@@ -109,21 +108,17 @@ class Target:
 
         For tiny, module and Shadertoy this is an upper bound, since the search for the fewest bits takes seconds.
         """
-        return len(getattr(self._module, "exact", self._standalone)(model).encode())
+        return len(getattr(self._module, "exact", self)(model).encode())
 
     @property
     def _module(self) -> "ModuleType":
         return import_module(f"..{self.module}", __package__)
 
-    @property
-    def _standalone(self) -> "Callable[..., str]":
-        return cast("Callable[..., str]", self._module.standalone)
-
 
 TARGETS = {
     "glsl330": Target("codegen.targets.glsl330", suffix=".glsl"),
     "glsl300es": Target("codegen.targets.glsl300es", suffix=".es.frag"),
-    "html": Target("web.packed_page", suffix=".html", page=True, shaded=True, studio="web.studio_page"),
+    "html": Target("web.page", suffix=".html", page=True, shaded=True, studio="web.studio_page"),
     "tiny": Target("web.tiny_page", suffix=".tiny.html", shaded=True),
     "module": Target("web.module", suffix=".js", page=True, shaded=True, types=".d.ts"),
     "shadertoy": Target("codegen.targets.shadertoy", suffix=".frag", shaded=True),

@@ -14,7 +14,7 @@ import numpy as np
 from PIL import Image
 
 import mplicits
-from mplicits.web.module import standalone
+from mplicits.web.module import baked
 from support.browser import chromium
 from support.module_pages import drawn, module_page, three_page
 from support.paths import ROOT
@@ -45,7 +45,7 @@ def main() -> None:
     parser.add_argument("--bytes", action="store_true", help="print the bytes of the modules alone")
     options = parser.parse_args()
     for name in MODELS:
-        data = standalone(mplicits.load(name).model).encode()
+        data = baked(mplicits.load(name).model).text.encode()
         print(f"module of {name}: {len(data):,} bytes, {len(gzip.compress(data, 9)):,} in gzip")
     if options.bytes:
         return

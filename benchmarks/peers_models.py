@@ -144,7 +144,7 @@ def texts(method: str, named: Named, shelf: Shelf) -> Iterator[Result]:
         surface = surface_of(rounded)
         chosen = shadertoy.emitted(model)
         text = shader_text(chosen.program, model, chosen.storage, chosen.further, None).encode()
-        tiny = tiny_page.page_text(tiny_page.script_parts(chosen, model, None), model)
+        tiny = tiny_page.written(tiny_page.script_parts(chosen, model, None), model).text
         yield Result(f"{method}, Shadertoy text", named.setting, len(gzip.compress(text, 9, mtime=0)), surface)
         yield Result(f"{method}, tiny page", named.setting, len(tiny.encode()), surface)
     short = short_weights(model)

@@ -11,7 +11,7 @@ from ..model.files import check_writable, show, write_whole
 from ..model.kinds import GALLERY, GENERATED, MODEL, PICTURE, Kind
 from ..model.model import Model, level_networks, sizes
 from ..model.model_file import load
-from ..web import packed_page
+from ..web import page
 from ..web.preview import preview
 from .index import Download, Entry, index, link
 
@@ -92,7 +92,7 @@ def _write(folder: Path, path: Path, model: Model, url: str, begin: Callable[[st
                 text = TARGETS[target](model)
             else:
                 links = {"address": url + link(name + suffix), "preview": url + link(picture)} if url else {}
-                text = packed_page.standalone(model, **links)
+                text = page.standalone(model, **links)
         except UserError:
             if not files:  # its page
                 raise

@@ -11,6 +11,11 @@ PREVIEW = (800, 420)
 """Width and height in pixels of the picture in a link preview: the usual ratio; a larger one takes long to draw."""
 
 
+def icon_and_title(title: str) -> str:
+    """Return the lines that a page needs in a browser."""
+    return f'<link rel="icon" href="{ICON}">\n<title>{html.escape(title)}</title>'
+
+
 def about(title: str, description: str, address: str = "", preview: str = "") -> str:
     """Return the icon, the title, the description, and the tags of Open Graph (ogp.me).
 
@@ -23,8 +28,7 @@ def about(title: str, description: str, address: str = "", preview: str = "") ->
     if preview:
         told |= {"og:image": preview, "og:image:width": str(PREVIEW[0]), "og:image:height": str(PREVIEW[1])}
     lines = [
-        f'<link rel="icon" href="{ICON}">',
-        f"<title>{html.escape(title)}</title>",
+        icon_and_title(title),
         f'<meta name="description" property="og:description" content="{html.escape(description)}">',
         *(f'<meta property="{name}" content="{html.escape(value)}">' for name, value in told.items()),
     ]

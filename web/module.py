@@ -7,6 +7,7 @@ from dataclasses import replace
 from .. import glsl
 from ..codegen.printers.field import print_field
 from ..codegen.targets import fragment
+from ..codegen.targets.baked import Baked
 from ..codegen.targets.glsl300es import DIALECT
 from ..codegen.targets.header import header_facts, header_line
 from ..codegen.targets.uniforms import OPENING_SHADES
@@ -40,41 +41,36 @@ EXPORTS = ("MplicitsView", "createMesh", "loadModel", "ownModel")
 """What the module exports."""
 
 
-def standalone(
+def baked(
     model: Model,
     storage: str = "auto",
     digits: int | None = None,
     poster: bool = True,
     shade: str = OPENING_SHADES[0],
-) -> str:
-    """Return the text of the module, with the model in it.
+) -> Baked:
+    """Return the module with the model in it, and how far its weights are rounded.
 
     digits: decimals of the weights, None for exact weights. poster: include a small picture of the model, which takes
     seconds to draw. shade: shading of elements without `shade`, one of OPENING_SHADES. Raises UserError for a storage
     other than "auto" or "texture".
     """
-    return _text(model, storage, digits, poster, shade, coded_weights)
-
-
-def rounding(model: Model, storage: str = "auto", digits: int | None = None) -> str | None:
-    """Say how far the module's weights are rounded. See `bake.registry.Target.rounding`."""
-    return page_weights(model, digits, coded_weights).line
+    return _baked(model, storage, digits, poster, shade, coded_weights)
 
 
 def exact(model: Model, poster: bool = True) -> str:
     """Return a module without a search for the fewest bits, which is at least as long."""
-    return _text(model, "auto", None, poster, OPENING_SHADES[0], short_weights)
+    return _baked(model, "auto", None, poster, OPENING_SHADES[0], short_weights).text
 
 
-def _text(
+def _baked(
     model: Model,
     storage: str,
     digits: int | None,
     poster: bool,
     shade: str,
     shorten: Callable[[Model], ShortWeights | None],
-) -> str:
-    """Return the text of the module. shorten: rounds weights. The other arguments are those of `standalone`."""
+) -> Baked:
+    """Return the module. shorten: rounds weights. The other arguments are those of `baked`."""
     if storage not in ("auto", "texture"):
         raise UserError(f"--storage {storage}: module has its weights in a texture; leave the option out")
     chosen = page_weights(model, digits, shorten)
@@ -101,7 +97,7 @@ def _text(
         f"const {names} = (() => {{{code}}})();",
         f"export {names};",
     ]
-    return "\n".join(lines) + "\n"
+    return Baked("\n".join(lines) + "\n", chosen.line)
 
 
 def types() -> str:

@@ -4,7 +4,7 @@ import base64
 import io
 import math
 import re
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from .. import glsl
 from ..codegen.printers.field import PLAIN, STORAGES, print_field
 from ..codegen.targets import fragment, orbit
+from ..codegen.targets.baked import Baked
 from ..codegen.targets.camera import basis, fitting_distance
 from ..codegen.targets.glsl300es import DIALECT
 from ..codegen.targets.header import header_facts
@@ -26,81 +27,56 @@ from ..field.rounding import is_float16
 from ..field.surface_points import near_surface
 from ..ir.lower import lower
 from ..ir.program import Array, Program
-from ..model import page_style
 from ..model.errors import UserError
 from ..model.model import Model
 from ..model.model_file import to_bytes
 from ..model.version import installed_version
-from .about import about
-from .bundle import modules, read, script
-from .facts import PAGE_PASSES, facts_json
+from .document import NO_PICTURE, Page, Studio, packed
+from .facts import PAGE_PASSES
 from .scene import scene_facts, texel_bytes
 from .short_weights import page_weights, short_weights
 
-ENTRY = "page.js"
-"""The module that opens the page, with all that it imports."""
 POSTER_SIDE = 160
 """Pixels along each side of the picture that the page shows before its first frame."""
 POSTER_QUALITY = 50
 """Quality of its WebP, from 0 to 100."""
-NO_PICTURE = "data:,"
-"""URL in the place of a poster."""
 SHADERS = ("anywhere", *PAGE_PASSES, "accumulate", "present", "blocks.vert", "contrast", "scatter", "scatter.vert")
 """Files in glsl/ with the shaders of the page."""
 PROBES = 8
 """Largest number of points at which the page checks its field."""
 
-_PLACE = re.compile(r"\{\{(\w+)\}\}")
-"""A placeholder in page.html or page.css."""
-_CONTROL = re.compile(r"[\x00-\x1f]")
-"""Characters that a title does not hold: packed_page.py uses two of them as marks."""
-DESCRIPTION = "A shape as a neural network: drag to turn it."
-PALETTES = {"dark": page_style.variables(page_style.DARK), "light": page_style.variables(page_style.LIGHT)}
+
+def standalone(model: Model, **options: Any) -> str:
+    """Return the text of the page, packed. options: of `page_of`. Raises UserError."""
+    return baked(model, **options).text
 
 
-@dataclass(frozen=True)
-class Extension:
-    """Additions of another room to the page of a model."""
-
-    scripts: str = ""
-    """JavaScript ahead of page.js, in the scope of the page's modules."""
-    stage: str = ""
-    """HTML over the picture."""
-    css: str = ""
-    elements: str = ""
-    """Further elements with data."""
-    facts: dict[str, Any] = field(default_factory=dict)
-    """Further keys of `facts` (model/facts.js)."""
-    policy: str = ""
-    """Further sources and directives of the Content-Security-Policy, after script-src."""
-    accept: str = ".safetensors"
-    """Endings of files to open."""
-    open: str = "Open model"
-    hint: str = "Drop a .safetensors model anywhere."
-    description: str = DESCRIPTION
+def baked(model: Model, **options: Any) -> Baked:
+    """Return the page, packed, and how far its weights are rounded. options: of `page_of`. Raises UserError."""
+    page, rounding = page_of(model, **options)
+    return replace(packed(page), rounding=rounding)
 
 
-def standalone(
+def page_of(
     model: Model,
     storage: str = "auto",
     digits: int | None = None,
     poster: bool = True,
     shade: str = OPENING_SHADES[0],
-    extension: Extension | None = None,
-    short: bool = False,
+    studio: Studio | None = None,
     address: str = "",
     preview: str = "",
-) -> str:
-    """Return the text of the page.
+) -> tuple[Page, str | None]:
+    """Return the page of a model, and the line about its rounded weights.
 
     storage: "texture" stores the weights in a texture. "auto" also compiles them as literals, for networks up to 64
     wide, and keeps the faster variant; "literal" does so for wider networks too. digits: decimals of the weights, None
-    for exact weights. poster: include a small picture of the model, which takes seconds to draw. shade: initial
-    shading, one of OPENING_SHADES. extension: additions to the page. short: store weights as short whole numbers where
-    that keeps the field (short_weights.py). 16-bit floats are stored as such. address, preview: see `about`. Raises
-    UserError for another storage.
+    for all. Weights are short whole numbers where that keeps the field (short_weights.py), unless they are 16-bit
+    floats. poster: include a small picture of the model, which takes seconds to draw. shade: initial shading, one of
+    OPENING_SHADES. studio: what the page that trains has beyond. address, preview: see `about`. Raises UserError for
+    another storage.
     """
-    chosen = page_weights(model, digits, short_weights if short else None)
+    chosen = page_weights(model, digits, None if studio else short_weights)
     weights = chosen.model
     if storage == "packed":
         raise UserError("--storage packed: only target shadertoy takes it; choose literal, texture or auto")
@@ -112,58 +88,22 @@ def standalone(
     # moving: a model dropped on the page may move.
     ground = round(lowest_point(program), 4)
     prologue = fragment.prologue(header, replace(program, moving=True), DIALECT, text.weights, ground)
-    facts = header | {"ground": ground} | _facts(program, storage)
+    facts = header | {"ground": ground} | _facts(program, storage) | {"shade": shade}
     if model.scene is not None:
         facts["scene"] = scene_facts(model, program, text)
         data = texel_bytes(text)
     else:
         data = chosen.data or model_bytes(weights)
     picture = poster_url(model, shade) if poster else NO_PICTURE
-    return _page(model.name, facts, data, prologue, picture, shade, extension, (address, preview))
+    return Page(model.name, facts, data, _shaders(prologue), picture, address, preview, studio), chosen.line
 
 
-def without_model(name: str, shade: str = OPENING_SHADES[0], extension: Extension | None = None) -> str:
-    """Return the text of a page that shows no model until a file is dropped.
-
-    name: the page's title. shade, extension: see `standalone`.
-    """
+def empty_page(name: str, shade: str = OPENING_SHADES[0], studio: Studio | None = None) -> Page:
+    """Return a page that shows no model until a file is dropped. name: its title. shade, studio: see `page_of`."""
     facts = {"mplicits": installed_version(), "target": "html", "name": name}
     program = Program(name, "", (), (), (), None, {}, moving=True)
     prologue = fragment.prologue(facts, program, DIALECT, np.zeros((1, 1, 4), np.float32), 0.0)
-    return _page(name, facts, b"", prologue, NO_PICTURE, shade, extension)
-
-
-def _page(
-    name: str,
-    facts: dict[str, Any],
-    data: bytes,
-    prologue: str,
-    poster: str,
-    shade: str,
-    extension: Extension | None,
-    links: tuple[str, str] = ("", ""),
-) -> str:
-    """Fill page.html. data: the model's weights; empty without a model. poster: a URL. links: see `about`."""
-    more = extension or Extension()
-    marked = {key: f"/*studio*/{text}/*end*/\n" if (text := getattr(more, key)) else "" for key in ("scripts", "css")}
-    parts = {
-        "about": about(_CONTROL.sub("", name), more.description, *links),
-        "state": "" if data else ' data-state="empty"',
-        "css": _PLACE.sub(lambda match: PALETTES[match[1]], read("view/page.css")) + marked["css"],
-        "poster": poster,
-        "unseen": " hidden" if poster == NO_PICTURE else "",
-        "js": script(modules(ENTRY)[:-1]) + marked["scripts"] + script((ENTRY,)),
-        "facts": facts_json(facts | {"shade": shade} | more.facts),
-        "weights": _wrapped(base64.b64encode(data).decode()),
-        "prologue": _shader(prologue),
-        "glsl": _glsl(),
-        **{
-            key: f"<!--studio-->{text}<!--end-->\n" if (text := getattr(more, key)) else ""
-            for key in ("stage", "elements")
-        },
-        **{key: getattr(more, key) for key in ("policy", "accept", "open", "hint")},
-    }
-    return _PLACE.sub(lambda match: parts[match[1]], read("view/page.html"))
+    return Page(name, facts | {"shade": shade}, b"", _shaders(prologue), studio=studio)
 
 
 def text_facts() -> dict[str, str]:
@@ -225,25 +165,8 @@ def _numbers(values: np.ndarray) -> list[float]:
     return [float(str(value)) for value in np.asarray(values, np.float32).ravel()]
 
 
-def _shader(text: str) -> str:
-    """Escape GLSL for a script element: only the model's name, in the header's JSON, can hold a tag."""
-    return re.sub(r"<(?=[/!s])", r"\\u003c", text)
-
-
-def _glsl() -> str:
-    """Return the files in glsl/ of SHADERS, and Shadertoy's template, each in a script element with its name as id."""
+def _shaders(prologue: str) -> dict[str, str]:
+    """Return the GLSL of the page by the ids of its elements: prologue, the files of SHADERS, Shadertoy's template."""
     names = dict.fromkeys(name for shader in SHADERS for name in glsl.load_numbered(f"{shader}.glsl")[1])
-    return "\n".join([*(_shader_element(name, glsl.read(name)) for name in names), shadertoy_element()])
-
-
-def shadertoy_element() -> str:
-    """Return the script element that print/shadertoy.js needs, the template of its text."""
-    return _shader_element("shadertoy.glsl", main_template())
-
-
-def _shader_element(name: str, text: str) -> str:
-    return f'<script type="x-shader/x-fragment" id="{name}">{_shader(text)}</script>'
-
-
-def _wrapped(text: str) -> str:
-    return "\n".join(text[i : i + 120] for i in range(0, len(text), 120))
+    safe = re.sub(r"<(?=[/!s])", r"\\u003c", prologue)  # the model's name in the JSON of its header
+    return {"prologue": safe} | {name: glsl.read(name) for name in names} | {"shadertoy.glsl": main_template()}

@@ -1,6 +1,5 @@
 """The studio: the page of a model, extended by the training of dropped meshes. Its HTML is in stage/."""
 
-import base64
 import re
 from dataclasses import asdict
 from importlib.resources import files
@@ -8,14 +7,17 @@ from typing import Any
 
 from .. import glsl
 from ..codegen.printers.field import plain_color
+from ..codegen.targets.baked import Baked
 from ..model.model import Model
 from ..model.orientation import UPRIGHT
 from ..trainer.config import TrainingConfig, default_config
 from ..trainer.options import CREASE
 from ..trainer.settings import DEFAULT_PRESET, PRESETS
-from . import packed_page, page, tiny_page
+from . import page, tiny_page
 from .bundle import modules, read, script
-from .minified import short_script
+from .document import ENTRY, SHADER, Element, Studio, packed
+from .minified import short_script, short_shader
+from .spaces import squeezed
 
 TITLE = "mplicits studio"
 LABELS = {"tiny": "Tiny 6+ kB", "small": "Small 17+ kB", "base": "Base 60+ kB"}
@@ -34,28 +36,29 @@ def studio(config: TrainingConfig | None = None, fixed: dict[str, Any] | None = 
     config: the hyperparameters of a training. fixed: settings of every training (trainShape in train/training.js), in
     place of the visitor's, for tests.
     """
-    return packed_page.packed(page.without_model(TITLE, "phong", extension(config, fixed)))
+    return packed(page.empty_page(TITLE, "phong", parts(config, fixed))).text
 
 
-def standalone(model: Model, **options: Any) -> str:
-    """Return the text of a model's page that also trains. options: of `web.page.standalone`. Raises UserError."""
-    return packed_page.packed(page.standalone(model, extension=extension(), **options))
+def baked(model: Model, **options: Any) -> Baked:
+    """Return a model's page that also trains; its weights are exact. options: of `page.page_of`. Raises UserError."""
+    return page.baked(model, studio=parts(), **options)
 
 
-def extension(config: TrainingConfig | None = None, fixed: dict[str, Any] | None = None) -> page.Extension:
-    """Return the studio, an addition to the page of a model. config, fixed: see `studio`."""
-    data = _element("worker", packed_page.WORKER, script(modules("worker.js")))
-    data += _element("kernel", packed_page.BINARY, base64.b64encode(kernel()).decode())
-    data += _element("step.wgsl", packed_page.COMPUTE, read("kernel/step.wgsl"))
-    for name in ("preview.vert.glsl", "preview.glsl"):
-        data += _element(name, "x-shader/x-fragment", glsl.read(name))
-    policy, viewer = " 'wasm-unsafe-eval'; worker-src blob:", page.Extension()
+def parts(config: TrainingConfig | None = None, fixed: dict[str, Any] | None = None) -> Studio:
+    """Return what the page has beyond that of a model. config, fixed: see `studio`."""
+    policy, viewer = " 'wasm-unsafe-eval'; worker-src blob:", Studio()
     of_viewer = {"policy": policy} | {key: getattr(viewer, key) for key in ("accept", "open", "hint", "description")}
-    return page.Extension(
-        scripts=script(_further_modules(), after=modules(page.ENTRY)),
+    return Studio(
+        modules=_further_modules(),
         stage=read("stage/studio.html"),
-        css=read("stage/studio.css"),
-        elements=read("stage/bar.html") + data,
+        style=read("stage/studio.css"),
+        bar=read("stage/bar.html"),
+        elements=(
+            Element("worker", "text/x-worker", squeezed(short_script(script(modules("worker.js"))))),
+            Element("kernel", "application/octet-stream", kernel()),
+            Element("step.wgsl", "x-shader/x-compute", short_shader(read("kernel/step.wgsl"))),
+            *(Element(name, SHADER, short_shader(glsl.read(name))) for name in ("preview.vert.glsl", "preview.glsl")),
+        ),
         facts=page.text_facts()
         | {"studio": page_facts(config, fixed) | {"viewer": of_viewer, "tiny": tiny_page.page_facts()}},
         policy=policy,
@@ -66,13 +69,9 @@ def extension(config: TrainingConfig | None = None, fixed: dict[str, Any] | None
     )
 
 
-def _element(name: str, kind: str, text: str) -> str:
-    return f'<script type="{kind}" id="{name}">{text}</script>\n'
-
-
 def _further_modules() -> tuple[str, ...]:
     """Return the modules of the studio that the page of a model has not."""
-    return tuple(name for name in modules("studio.js") if name not in modules(page.ENTRY))
+    return tuple(name for name in modules("studio.js") if name not in modules(ENTRY))
 
 
 def page_facts(config: TrainingConfig | None = None, fixed: dict[str, Any] | None = None) -> dict[str, Any]:

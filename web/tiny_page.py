@@ -4,13 +4,14 @@ import html
 import json
 import math
 import re
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ..codegen.printers.cstyle import Language
 from ..codegen.printers.packed import PackedStorage, Whole, multiples, whole_layer
-from ..codegen.targets import shadertoy
+from ..codegen.targets.baked import Baked
 from ..codegen.targets.orbit import AZIMUTH, ELEVATION
 from ..codegen.targets.shadertoy import Emitted, emitted, storage_without_search
 from ..codegen.targets.shadertoy_text import printed_functions, shader_text, weights_text
@@ -62,24 +63,21 @@ GL = {
 """Constants of WebGL, which are shorter as numbers."""
 SMALL = 127
 """Largest number of one byte."""
+POLICY = "default-src 'none';script-src {{scripts}}"
+"""The Content-Security-Policy."""
 WEIGHTS = "@"
 """In the shader, the place of the networks, which the script prints."""
 
 
-def standalone(model: Model, storage: str = "auto", digits: int | None = None, shade: str | None = None) -> str:
-    """Return the text of the page. Arguments and errors: see `codegen.targets.shadertoy.standalone`."""
+def baked(model: Model, storage: str = "auto", digits: int | None = None, shade: str | None = None) -> Baked:
+    """Return the page, and how far its weights are rounded. Arguments and errors: see `codegen.targets.shadertoy`."""
     chosen = emitted(model, storage, digits)
-    return page_text(script_parts(chosen, model, shade), model)
-
-
-def rounding(model: Model, storage: str = "auto", digits: int | None = None) -> str | None:
-    """Say how far the page's weights are rounded. See `bake.registry.Target.rounding`."""
-    return shadertoy.rounding(model, storage, digits)
+    return replace(written(script_parts(chosen, model, shade), model), rounding=chosen.rounding)
 
 
 def exact(model: Model) -> str:
     """Return a page without a search for the fewest bits, which is at least as long."""
-    return standalone(model, storage_without_search(model))
+    return baked(model, storage_without_search(model)).text
 
 
 def script_parts(chosen: Emitted, model: Model, shade: str | None) -> tuple[dict[str, Any], bytes]:
@@ -102,8 +100,8 @@ def script_parts(chosen: Emitted, model: Model, shade: str | None) -> tuple[dict
     return values, bytes(weights)
 
 
-def page_text(parts: tuple[dict[str, Any], bytes], model: Model) -> str:
-    """Return the page. parts: of `script_parts`."""
+def written(parts: tuple[dict[str, Any], bytes], model: Model) -> Baked:
+    """Return the page and its policy. parts: of `script_parts`."""
     values, weights = parts
     script = f"{{{minified(_filled(_drawing(), values))}}}"  # a block of its own names
     data = deflated(script.encode() + b"\0" + weights)
@@ -115,7 +113,7 @@ def page_text(parts: tuple[dict[str, Any], bytes], model: Model) -> str:
         "packed": base124(data),
         "scripts": f"{hash_of(fixed['unpack'])} {hash_of(script)}",
     }
-    return _filled_slots(read("tiny/page.html"), slots | fixed)
+    return Baked(_filled_slots(_template(), slots | fixed), policy=_filled_slots(POLICY, slots))
 
 
 def page_facts() -> dict[str, Any]:
@@ -123,7 +121,7 @@ def page_facts() -> dict[str, Any]:
     fixed = _fixed_slots()
     return {
         "script": f"{{{minified(_drawing())}}}",
-        "page": _filled_slots(read("tiny/page.html"), fixed),
+        "page": _filled_slots(_template(), fixed),
         "unpacker": hash_of(fixed["unpack"]),
         "head": HEAD,
         "main": MAIN,
@@ -135,6 +133,10 @@ def page_facts() -> dict[str, Any]:
 def _drawing() -> str:
     """Return the text of draw.js, with WebGL's constants as numbers."""
     return re.sub(r"\bgl\.([A-Z]\w+)", lambda match: str(GL[match[1]]), read("tiny/draw.js"))
+
+
+def _template() -> str:
+    return _filled_slots(read("tiny/page.html"), {"policy": POLICY})
 
 
 def _fixed_slots() -> dict[str, str]:

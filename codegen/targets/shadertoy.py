@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from typing import Any
 
 from ...field.bits import cost, fewest_bits
@@ -16,6 +15,7 @@ from ...model.quantize import is_quantized, quantized_model
 from ..printers.cstyle import Storage
 from ..printers.literal import LiteralStorage
 from ..printers.packed import PackedStorage
+from .baked import Baked
 from .shadertoy_text import shader_text
 
 WIDEST = 64
@@ -32,19 +32,20 @@ class Emitted:
     """How the text stores them."""
     further: dict[str, Any]
     """Facts for the header: the errors of rounding, if there are any."""
+    rounding: str | None
+    """For people: how far the weights are rounded."""
 
 
-def standalone(model: Model, storage: str = "auto", digits: int | None = None, shade: str | None = None) -> str:
-    """Return the text of a model.
+def baked(model: Model, storage: str = "auto", digits: int | None = None, shade: str | None = None) -> Baked:
+    """Return the text of a model, and how far its weights are rounded.
 
     storage, digits: see `emitted`. shade: "studio" (with a setting for Phong); "phong" (without the studio); None for
     the studio where it adds at most STUDIO_SHARE. Raises UserError for a model that is too wide, or another storage.
     """
     chosen = emitted(model, storage, digits)
-    return shader_text(chosen.program, model, chosen.storage, chosen.further, shade)
+    return Baked(shader_text(chosen.program, model, chosen.storage, chosen.further, shade), chosen.rounding)
 
 
-@lru_cache(maxsize=1)
 def emitted(model: Model, storage: str = "auto", digits: int | None = None) -> Emitted:
     """Choose the weights of a text.
 
@@ -76,26 +77,12 @@ def emitted(model: Model, storage: str = "auto", digits: int | None = None) -> E
     if storage == "packed":
         return _packed(_with_parts(model, list(map(quantized_model, parts))), model)
     program = lower(model, max(map(fewest_digits, parts)) if digits is None else digits, padded=False)
-    return Emitted(program, LiteralStorage, {})
-
-
-def rounding(model: Model, storage: str = "auto", digits: int | None = None) -> str | None:
-    """Say how far the weights of the text are rounded. See `bake.registry.Target.rounding`."""
-    chosen = emitted(model, storage, digits)
-    if chosen.storage is LiteralStorage:
-        return None if digits is None else decimals_line(model, digits)
-    if (error := chosen.further.get("error")) is None:
-        return None
-    colors = f", colors by {error['colour']:g}/255" if "colour" in error else ""
-    return (
-        f"weights of few bits: near the surface, distances are off by {error['f']:.1e} (the shape has radius 1), "
-        f"normals by {error['degrees']:g} degrees{colors} (root mean square)"
-    )
+    return Emitted(program, LiteralStorage, {}, None if digits is None else decimals_line(model, digits))
 
 
 def exact(model: Model, digits: int | None = None, shade: str | None = None) -> str:
     """Return a text without a search: packed where training quantized the weights, otherwise literal."""
-    return standalone(model, storage_without_search(model), digits, shade)
+    return baked(model, storage_without_search(model), digits, shade).text
 
 
 def storage_without_search(model: Model) -> str:
@@ -116,5 +103,13 @@ def _packed(packed: Model, model: Model) -> Emitted:
     """
     paid = cost(model, packed)
     error = {"f": paid.distance, "degrees": paid.angle} | ({"colour": paid.color} if model.colored else {})
-    further = {"error": {key: float(f"{value:.2g}") for key, value in error.items()}} if paid.largest else {}
-    return Emitted(lower(packed, padded=False), PackedStorage, further)
+    program = lower(packed, padded=False)
+    if not paid.largest:
+        return Emitted(program, PackedStorage, {}, None)
+    error = {key: float(f"{value:.2g}") for key, value in error.items()}
+    colors = f", colors by {error['colour']:g}/255" if "colour" in error else ""
+    line = (
+        f"weights of few bits: near the surface, distances are off by {error['f']:.1e} (the shape has radius 1), "
+        f"normals by {error['degrees']:g} degrees{colors} (root mean square)"
+    )
+    return Emitted(program, PackedStorage, {"error": error}, line)

@@ -98,7 +98,7 @@ def test_show_opens_a_page_in_the_browser(monkeypatch: pytest.MonkeyPatch) -> No
     field = mplicits.Field(random_model((4, 0), name="a/b c"))
     field.show()
     assert opened[0].endswith("/a-b-c.html")
-    assert "<canvas" in Path(opened[0].removeprefix("file://")).read_text(encoding="utf-8")
+    assert 'id="packed"' in Path(opened[0].removeprefix("file://")).read_text(encoding="utf-8")
     monkeypatch.setattr("webbrowser.open", lambda _: False)
     with pytest.raises(mplicits.UserError, match=r"open .*\.html in one"):
         field.show()

@@ -192,6 +192,6 @@ def test_wide_models_and_wrong_options_are_refused() -> None:
     assert "_w1_0" in TARGETS["c"](wide)
     for options, message in (({"storage": "texture"}, "--storage texture"), ({"space": "world"}, "--space world")):
         with pytest.raises(UserError, match=message):
-            TARGETS["glsl"](MODEL, **options)  # type: ignore[arg-type]
+            TARGETS["glsl"](MODEL, **options)
     with pytest.raises(UserError, match="--name: only these targets take it: glsl, wgsl, hlsl, c, python"):
         TARGETS["glsl330"](MODEL, name="ox")

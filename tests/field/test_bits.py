@@ -95,19 +95,19 @@ def test_the_fewest_bits_keep_surface_and_colors(demo: tuple[Model, Model]) -> N
 def test_the_header_has_the_rounding_error(demo: tuple[Model, Model], monkeypatch: pytest.MonkeyPatch) -> None:
     model, fewest = demo
     monkeypatch.setattr(shadertoy, "fewest_bits", lambda model: fewest)
-    text = shadertoy.standalone(model)
+    text = shadertoy.baked(model).text
     paid = bits.cost(model, fewest)
     assert read_header(text)["error"]["f"] == pytest.approx(paid.distance, rel=0.06)
-    assert len(text) < 0.5 * len(shadertoy.standalone(model, "literal"))
-    exact = shadertoy.standalone(quantize.quantized_model(random_model((8, 1))), "packed")
+    assert len(text) < 0.5 * len(shadertoy.baked(model, "literal").text)
+    exact = shadertoy.baked(quantize.quantized_model(random_model((8, 1))), "packed").text
     assert "error" not in read_header(exact)
 
 
 def test_a_model_without_a_surface_keeps_its_decimals(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shadertoy, "fewest_bits", lambda model: None)
-    assert shadertoy.standalone(random_model((8, 1))) == shadertoy.standalone(random_model((8, 1)), "literal")
+    assert shadertoy.baked(random_model((8, 1))).text == shadertoy.baked(random_model((8, 1)), "literal").text
     packed = quantize.quantized_model(random_model((8, 1)))
-    assert shadertoy.standalone(packed) == shadertoy.standalone(packed, "packed")
+    assert shadertoy.baked(packed).text == shadertoy.baked(packed, "packed").text
 
 
 def test_a_terminal_names_the_network_being_rounded(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -127,4 +127,4 @@ def test_a_terminal_names_the_network_being_rounded(monkeypatch: pytest.MonkeyPa
 def test_sizes_are_counted_without_a_search(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shadertoy, "fewest_bits", None)
     model = random_model((8, 1))
-    assert TARGETS["shadertoy"].size(model) == len(shadertoy.standalone(model, "literal"))
+    assert TARGETS["shadertoy"].size(model) == len(shadertoy.baked(model, "literal").text)

@@ -46,7 +46,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> dict[Path, object]:
     for target in (glsl330, glsl300es, shadertoy, cuda, tiny_page, webpage):
         path = folder / target.__name__
         more = {"poster": False} if target is webpage else {}
-        path.write_text(target.standalone(small, **more))
+        path.write_text(target.baked(small, **more).text if hasattr(target, "baked") else target.standalone(small))
         kinds[path] = GENERATED
     (folder / "studio").write_text(studio())
     kinds[folder / "studio"] = GENERATED

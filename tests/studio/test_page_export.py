@@ -15,9 +15,10 @@ from PIL import Image
 
 from mplicits.model.model import Model
 from mplicits.model.model_file import to_bytes
-from mplicits.web.packed_page import packed
-from mplicits.web.page import POSTER_SIDE, poster_pixels, standalone, without_model
-from mplicits.web.studio_page import extension
+from mplicits.web.bundle import sources
+from mplicits.web.document import Studio, packed
+from mplicits.web.page import POSTER_SIDE, empty_page, page_of, poster_pixels
+from mplicits.web.studio_page import parts
 from support.browser import Visit, visit
 from support.page_pictures import MODEL, differ
 from support.random_model import random_model
@@ -38,9 +39,11 @@ globalThis.exported = async (bytes, posts) => (
 @pytest.fixture(scope="module")
 def studio(browser: "Browser", tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The studio's page, whose functions for an export a test can call."""
-    path, more = tmp_path_factory.mktemp("export") / "studio.html", extension()
-    more = dataclasses.replace(more, scripts=more.scripts + HOOK)
-    path.write_text(packed(without_model("studio", "phong", more)), encoding="utf-8")
+    path, more, found = tmp_path_factory.mktemp("export") / "studio.html", parts(), sources() | {"hook.js": HOOK}
+    more = dataclasses.replace(more, modules=(*more.modules, "hook.js"))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("mplicits.web.bundle.sources", lambda: found)
+        path.write_text(packed(empty_page("studio", "phong", more)).text, encoding="utf-8")
     return path
 
 
@@ -80,7 +83,7 @@ def test_the_exported_page_is_python_s(browser: "Browser", studio: Path) -> None
     with visit(browser, studio) as visited:
         ours = exported(visited, model)
         assert visited.console == []
-    theirs = packed(standalone(model, poster=False, shade="phong"))
+    theirs = packed(page_of(model, poster=False, shade="phong", studio=Studio())[0]).text
     pages = [unpacked(page) for page in (ours, theirs)]
     mine, expected = (facts_of(page) for page in pages)
     assert mine["ground"] == pytest.approx(expected["ground"], abs=2e-3)

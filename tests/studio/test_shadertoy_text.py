@@ -31,7 +31,7 @@ from mplicits.trainer.networks.quantized import quantized_step
 from mplicits.viewer.draw.context import Context
 from mplicits.web.bundle import modules, script
 from mplicits.web.facts import facts_json
-from mplicits.web.page import shadertoy_element, text_facts
+from mplicits.web.page import text_facts
 from support.fitted_model import fitted_model
 from support.paths import DEMO
 from support.random_model import random_model, random_network
@@ -83,7 +83,8 @@ def ask(browser: "Browser", tmp_path_factory: pytest.TempPathFactory) -> Iterato
     path, page = tmp_path_factory.mktemp("page") / "page.html", browser.new_page()
     facts = facts_json({"mplicits": installed_version()} | text_facts())
     prologue = f'<script type="x-shader/x-fragment" id="prologue">{DIALECT.helpers}</script>'
-    path.write_text(f'<script type="application/json" id="facts">{facts}</script>{prologue}{shadertoy_element()}')
+    template = f'<script type="x-shader/x-fragment" id="shadertoy.glsl">{shadertoy_text.main_template()}</script>'
+    path.write_text(f'<script type="application/json" id="facts">{facts}</script>{prologue}{template}')
     page.goto(path.as_uri())
     page.evaluate(script(modules("safetensors.js", "field.js", "shadertoy.js", "glsl_function.js")) + ASK)
     yield lambda name, value: page.evaluate("([name, value]) => window.ask[name](value)", [name, value])
@@ -190,7 +191,7 @@ PACKED = {
 @pytest.mark.parametrize("shade", [None, "studio", "phong"])
 def test_quantized_models_have_python_s_text(ask: Ask, model: Model, shade: str | None) -> None:
     text = ask("shadertoy", [encoded(model), lowest_point(lower(model)), shade])
-    assert text == shadertoy.standalone(model, "packed", shade=shade)
+    assert text == shadertoy.baked(model, "packed", shade=shade).text
 
 
 @pytest.mark.usefixtures("without_savings")
@@ -202,7 +203,7 @@ def test_quantized_models_have_python_s_text(ask: Ask, model: Model, shade: str 
 def test_moving_models_have_python_s_text(ask: Ask, model: Model) -> None:
     program = lower(model, fewest_digits(model))
     text = ask("shadertoy", [encoded(model), lowest_point(program), None])
-    assert text == shadertoy.standalone(model, "literal")
+    assert text == shadertoy.baked(model, "literal").text
 
 
 ROUNDED = {
@@ -247,7 +248,7 @@ def test_the_text_draws_the_rounded_model(ask: Ask, osmesa: Context) -> None:
     model = ROUNDED["fitted"]
     rounded, _ = rounded_by(ask, model)
     text = ask("shadertoy", [encoded(model), -1, "phong"])
-    expected = picture(osmesa, shadertoy.standalone(rounded, "literal", digits=7, shade="phong"))
+    expected = picture(osmesa, shadertoy.baked(rounded, "literal", digits=7, shade="phong").text)
     error = np.square((picture(osmesa, text) - expected).astype(float)).mean()
     assert 10 * np.log10(255**2 / error) > 40
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import mplicits
-from mplicits.web.module import EXPORTS, standalone
+from mplicits.web.module import EXPORTS, baked
 from support import needs
 
 if TYPE_CHECKING:
@@ -110,7 +110,7 @@ def module_page(field: mplicits.Field, body: str, script: str = "", more: str = 
 
     body, more: HTML of the body, and ahead of it. script: it sees the exports.
     """
-    text = standalone(field.model, poster=False)
+    text = baked(field.model, poster=False).text
     head, _, exported = text.rpartition("export {")
     assert exported.startswith(EXPORTS[0])
     return f'<!doctype html><meta charset="utf-8">{more}<body>{body}<script type="module">{head}\n{script}</script>'

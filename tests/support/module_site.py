@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mplicits.model.model_file import save
-from mplicits.web.module import standalone
+from mplicits.web.module import baked
 from support.browser import PATIENCE, listen
 from support.fitted_model import fitted_model
 from support.module_pages import WATCH
@@ -104,5 +104,5 @@ def write_files(folder: Path) -> Path:
     for name, model in models.items():
         save(model, folder / f"{name}.safetensors")
         if name != "moving":
-            (folder / f"{name}.js").write_text(standalone(model, poster=name == "other"))
+            (folder / f"{name}.js").write_text(baked(model, poster=name == "other").text)
     return folder

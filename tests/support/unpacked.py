@@ -1,4 +1,4 @@
-"""Reads a packed page (web/packed_page.py) in Python."""
+"""Reads a packed page (web/document.py) in Python."""
 
 import base64
 import re
@@ -33,13 +33,12 @@ def unpacked(page: str) -> str:
     assert poster is not None
     data = zlib.decompress(bytes_of(found[1]), -zlib.MAX_WBITS)
     html, _, rest = data.partition(b"\0")
-    pieces = iter(re.split(r"\x01(\w+)\x01", html.decode()))
-    text = next(pieces)
-    for mark, following in zip(pieces, pieces, strict=True):
-        if mark == "poster":
-            text += poster[1] + following
-        else:
-            text += base64.b64encode(rest[: int(mark)]).decode() + following
-            rest = rest[int(mark) :]
-    assert not rest
-    return text
+
+    def part(mark: re.Match[str]) -> str:
+        if mark[1] == "p":
+            return poster[1]
+        at, count = map(int, mark[2].split(","))
+        held = rest[at : at + count]
+        return held.decode() if mark[1] == "t" else base64.b64encode(held).decode()
+
+    return re.sub(r"\x01(\w)([\d,]*)\x01", part, html.decode())

@@ -15,7 +15,7 @@ from mplicits.codegen.targets.header import read_header
 from mplicits.model.errors import UserError
 from mplicits.model.model_file import to_bytes
 from mplicits.web.minified import short_names
-from mplicits.web.module import standalone
+from mplicits.web.module import baked
 from mplicits.web.short_weights import MOST_ERROR, coded_weights
 from support import needs
 from support.browser import PATIENCE, listen
@@ -128,7 +128,7 @@ def test_elements_in_firefox(xvfb: dict[str, str], tmp_path: Path) -> None:
 
 
 def test_the_text_names_the_model_and_holds_it() -> None:
-    text = standalone(random_model((4, 0), name="</script><b>\u2028"), poster=False)
+    text = baked(random_model((4, 0), name="</script><b>\u2028"), poster=False).text
     facts = read_header(text)
     assert (facts["name"], facts["target"]) == ("</script><b>\u2028", "module")
     assert "<b>" not in text.split("\n", 1)[1]
@@ -149,7 +149,7 @@ def test_names_of_shaders_are_short_and_those_that_scripts_read_stay() -> None:
 @pytest.mark.parametrize(("name", "most"), [("spot-small", 45_000), ("spot", 60_000)])
 def test_modules_of_the_gallery_are_light(name: str, most: int) -> None:
     needs.package("minify")
-    text = standalone(mplicits.load(name).model)
+    text = baked(mplicits.load(name).model).text
     assert len(gzip.compress(text.encode(), 9)) <= most
 
 

@@ -22,9 +22,9 @@ from mplicits.model.gallery import model_path
 from mplicits.model.model_file import load, save
 from mplicits.model.quantize import quantized_model
 from mplicits.web import page, studio_page
-from mplicits.web.bundle import modules, script
+from mplicits.web.bundle import modules, script, sources
+from mplicits.web.document import Studio, packed
 from mplicits.web.minified import minified, short_script
-from mplicits.web.packed_page import packed
 from mplicits.web.short_weights import MOST_ERROR, short_weights
 from support import needs
 from support.browser import PATIENCE, visit
@@ -114,24 +114,24 @@ def test_a_minified_script_does_the_same(browser: "Browser") -> None:
     assert len(minified(PATTERNS)) < 0.8 * len(short_script(PATTERNS))
 
 
-def test_the_packed_page_holds_the_page(tmp_path: Path) -> None:
-    text = page.standalone(MODEL)
-    inner, small = unpacked(packed(text)), packed(text)
-    for name in ("weights", "facts"):
-        before, after = (re.search(rf'id="{name}">(.*?)</script>', one, re.DOTALL) for one in (text, inner))
-        assert before is not None
-        assert after is not None
-        assert after[1].strip() == before[1].replace("\n", "")
+def test_the_packed_page_holds_the_page() -> None:
+    made, _ = page.page_of(MODEL)
+    small = packed(made).text
+    inner = unpacked(small)
+    held = {name: re.search(rf'id="{name}">(.*?)</script>', inner, re.DOTALL) for name in ("weights", "facts")}
+    assert held["weights"] is not None
+    assert held["facts"] is not None
+    assert base64.b64decode(held["weights"][1]) == made.data
+    assert json.loads(held["facts"][1]).items() >= made.facts.items()
     assert re.findall(r'<img id="poster"[^>]*>', small) == re.findall(r'<img id="poster"[^>]*>', inner)
-    assert inner.count("<script") == text.count("<script")
+    assert inner.count("<script") == len(made.shaders) + 4  # before the first paint, facts, weights, and the page's
     assert "<title>fitted</title>" in small
-    assert len(small) < 0.5 * len(text)
 
 
 @pytest.mark.slow
 def test_the_packed_page_draws_the_same_model(browser: "Browser", tmp_path: Path) -> None:
     file = tmp_path / "packed.html"
-    file.write_text(packed(page.standalone(MODEL, poster=False, shade="phong")), encoding="utf-8")
+    file.write_text(page.standalone(MODEL, poster=False, shade="phong"), encoding="utf-8")
     with visit(browser, file, share=0.05, hash_="#az=10&panel=0") as visited:
         visited.still()
         assert float(visited.root("error") or "nan") < 5e-6
@@ -150,7 +150,7 @@ def test_the_packed_page_draws_the_same_model(browser: "Browser", tmp_path: Path
 
 
 def test_a_packed_page_in_a_frame(browser: "Browser", tmp_path: Path) -> None:
-    (tmp_path / "packed.html").write_text(packed(page.standalone(random_model((4, 0)), poster=False)), encoding="utf-8")
+    (tmp_path / "packed.html").write_text(page.standalone(random_model((4, 0)), poster=False), encoding="utf-8")
     (tmp_path / "host.html").write_text('<iframe src="packed.html#panel=0" sandbox="allow-scripts"></iframe>')
     with visit(browser, tmp_path / "host.html", share=0.1) as visited:
         frame = visited.page.frames[1]
@@ -170,7 +170,7 @@ def test_one_line_says_why_a_page_does_not_unpack(
     browser: "Browser", tmp_path: Path, script: str, more: str, line: str
 ) -> None:
     file = tmp_path / "packed.html"
-    text = packed(page.without_model("empty"))
+    text = packed(page.empty_page("empty")).text
     file.write_text(text.replace('id="packed">', f'id="packed">{more}'), encoding="utf-8")
     with visit(browser, file, script=script) as visited:
         visited.until(f"document.getElementById('note').textContent.startsWith({line!r})")
@@ -191,10 +191,12 @@ class Asked(SimpleHTTPRequestHandler):
 
 
 @pytest.fixture
-def hosted(tmp_path: Path) -> Iterator[tuple[str, list[str]]]:
+def hosted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[str, list[str]]]:
     """The address of a page that asks for the network, and the paths of requests."""
-    text = page.without_model("probe", extension=page.Extension(scripts=PROBE, policy=studio_page.extension().policy))
-    (tmp_path / "probe.html").write_text(packed(text), encoding="utf-8")
+    found = sources() | {"probe.js": PROBE}
+    monkeypatch.setattr("mplicits.web.bundle.sources", lambda: found)
+    studio = Studio(modules=("probe.js",), policy=studio_page.parts().policy)
+    (tmp_path / "probe.html").write_text(packed(page.empty_page("probe", studio=studio)).text, encoding="utf-8")
     paths: list[str] = []
     server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Asked, paths, directory=str(tmp_path)))
     threading.Thread(target=server.serve_forever, daemon=True).start()

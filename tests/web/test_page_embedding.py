@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from mplicits.codegen.targets.orbit import AZIMUTH
-from mplicits.web.packed_page import packed
 from mplicits.web.page import standalone
 from support.browser import visit
 from support.random_model import random_model
@@ -73,7 +72,7 @@ def test_invalid_values_in_the_hash_change_nothing(browser: "Browser", page: Pat
 
 def test_messages_set_the_view_and_tell_of_it(browser: "Browser", tmp_path: Path) -> None:
     model = random_model((4, 0), (4, 0), inputs="xyzt")
-    (tmp_path / "page.html").write_text(packed(standalone(model, poster=False, shade="phong")), encoding="utf-8")
+    (tmp_path / "page.html").write_text(standalone(model, poster=False, shade="phong"), encoding="utf-8")
     (tmp_path / "host.html").write_text(HOST)
     with visit(browser, tmp_path / "host.html", share=0.1) as visited:
         visited.until("told.length")

@@ -4,7 +4,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mplicits.model.model_file import to_bytes
-from mplicits.web.page import without_model
+from mplicits.web.document import packed
+from mplicits.web.page import empty_page
 from support.browser import visit
 from support.page_pictures import MODEL
 
@@ -22,7 +23,7 @@ LOSE = """() => {
 
 def test_a_page_without_a_model_waits_for_one(browser: "Browser", tmp_path: Path) -> None:
     file = tmp_path / "empty.html"
-    file.write_text(without_model("an <empty> stage"), encoding="utf-8")
+    file.write_text(packed(empty_page("an <empty> stage")).text, encoding="utf-8")
     with visit(browser, file, share=0.05, hash_="#turntable=20") as visited:
         visited.until("'ready' in document.documentElement.dataset")
         assert visited.page.title() == "an <empty> stage"

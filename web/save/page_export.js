@@ -3,9 +3,9 @@ import {parseModel} from "../model/safetensors.js";
 import {lowered, widest} from "../print/lower.js";
 import {probes} from "../print/reference.js";
 
-// Writes the page of a model from this page's own text, which a packed page keeps (web/packed_page.py).
-const STUDIO_PARTS = /(\/\*|<!-{2})studio(\*\/|-{2}>)[^]*?(\/\*|<!-{2})end(\*\/|-{2}>)\n?/g; // marks of web/page.py
-const NO_PICTURE = "data:,", PART = "\x01"; // PART: see MARK in web/packed_page.py
+// Writes the page of a model from this page's own text, which a packed page keeps (Parts of web/document.py).
+const STUDIO_PARTS = /\x01[st][\d,]+\x01/g;
+const NO_PICTURE = "data:,", MARK = "\x01";
 
 export const canWritePage = Boolean(globalThis.packedPage);
 
@@ -17,19 +17,19 @@ export async function pageText(bytes, ground, shade, poster = NO_PICTURE) {
     const outer = parsed(packedPage.outer), page = parsed(packedPage.html.replace(STUDIO_PARTS, ""));
     const policy = outer.querySelector("meta[http-equiv]");
     policy.content = policy.content.replace(new RegExp(` \\S+${viewer.policy}`), ""); // with the hash of the studio's script
-    outer.querySelector('meta[property="og:title"]').content = model.name.replaceAll(PART, "");
+    outer.querySelector('meta[property="og:title"]').content = model.name.replaceAll(MARK, "");
     outer.querySelector("meta[name=description]").content = viewer.description;
     for (const one of [outer, page]) {
         const picture = one.getElementById("poster");
-        one.title = model.name.replaceAll(PART, "");
-        picture.setAttribute("src", one === outer ? poster : `${PART}poster${PART}`);
+        one.title = model.name.replaceAll(MARK, "");
+        picture.setAttribute("src", one === outer ? poster : `${MARK}p${MARK}`);
         picture.hidden = poster === NO_PICTURE;
     }
     delete page.documentElement.dataset.state;
     page.getElementById("file").accept = viewer.accept;
     page.querySelector(".hint").textContent = viewer.hint;
     const texts = {
-        open: viewer.open, weights: `\n${PART}${bytes.length}${PART}\n`,
+        open: viewer.open, weights: `${MARK}b0,${bytes.length}${MARK}`,
         facts: JSON.stringify(await factsOf({...model, ground}, bytes, shade)).replaceAll("<", "\\u003c"),
     };
     for (const [id, text] of Object.entries(texts)) page.getElementById(id).textContent = text;

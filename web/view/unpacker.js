@@ -1,0 +1,30 @@
+// 1,000 characters are 869 bytes of a raw deflate stream (web/base124.py). It holds the page's HTML, a zero byte, and the
+// page's parts, for which marks stand in the HTML (Parts of web/document.py).
+(async () => {
+    const element = (id) => document.getElementById(id), outer = document.documentElement.outerHTML;
+    const hex = element("packed").textContent.match(/[^]{1,1000}/g).map((group) => {
+        let value = 0n;
+        for (let k = 0; k < group.length; ++k) {
+            const code = group.charCodeAt(k);
+            value = 124n * value + BigInt(code - 1 - (code > 13) - (code > 60));
+        }
+        return value.toString(16).padStart(2 * Math.floor(group.length * 869 / 1000), "0");
+    }).join("");
+    const data = Uint8Array.from(hex.match(/../g), (digits) => parseInt(digits, 16));
+    const stream = new Blob([data]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
+    const all = new Uint8Array(await new Response(stream).arrayBuffer());
+    const end = all.indexOf(0), text = (bytes) => new TextDecoder().decode(bytes), html = text(all.subarray(0, end));
+    const base64 = (bytes) => btoa(Array.from(bytes, (c) => String.fromCharCode(c)).join(""));
+    const filled = html.replace(/\x01(\w)(\d*),?(\w*)\x01/g, (_, letter, at, count) => {
+        const bytes = all.subarray(end + 1 + Number(at), end + 1 + Number(at) + Number(count));
+        return letter === "p" ? element("poster").src : (letter === "t" ? text : base64)(bytes);
+    });
+    globalThis.packedPage = {outer, html};
+    document.open();
+    document.write(filled);
+    document.close();
+})().catch(() => {
+    document.getElementById("note").textContent = globalThis.DecompressionStream
+        ? "This file is damaged; copy or download it again."
+        : "This browser is too old for this page. Try a current Firefox, Chrome, Edge or Safari.";
+});
