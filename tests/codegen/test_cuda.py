@@ -11,31 +11,14 @@ from mplicits.codegen.targets import cuda, cuda_cells
 from mplicits.codegen.targets.cuda import standalone
 from mplicits.codegen.targets.cuda_tables import c_string
 from mplicits.model.errors import UserError
-from support import needs
 from support.golden_text import check_golden
+from support.nvcc import compile_for
 from support.paths import GOLDEN
 from support.random_model import random_model
 from support.scene_models import SCENE, composed
 
 GOLDEN_TEXT = GOLDEN / "tiny.cuda.cu"
 NAME = 'tiny "*/??/\n\\u000a</script>\\'
-
-
-def compile_for(architecture: str, source: Path) -> Path:
-    """Compile a CUDA file with all warnings as errors. Returns the program, beside the file.
-
-    Skips the test where nvcc is missing or does not know the architecture.
-    """
-    known = subprocess.run(
-        [needs.program("nvcc"), "--list-gpu-code"], capture_output=True, text=True, check=True
-    ).stdout.split()
-    if architecture != "native" and architecture not in known:
-        needs.lack(f"an nvcc that knows {architecture}")
-    flags = ["-O3", f"-arch={architecture}", "-Werror", "all-warnings"]
-    command = ["nvcc", *flags, "-o", str(source.with_suffix("")), str(source)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return source.with_suffix("")
 
 
 def test_the_text_equals_the_golden_file(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -23,7 +23,7 @@ from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
 from oracles.dense import dense_march
 from oracles.march import march
-from support.cuda_host import build, data, evaluate, run
+from support.cuda_host import PROBE, build, data, evaluate, run
 from support.fitted_model import fitted_model
 from support.moving_model import COMPARED_TIMES, moving_model
 from support.paths import DEMO
@@ -75,7 +75,7 @@ def test_networks_equal_the_reference(model: Model, tmp_path: Path) -> None:
     program, rng = lower(model), np.random.default_rng(3)
     points = rng.uniform(-1, 1, (256, 4)).astype(np.float32)
     points[:, 3] = points[0, 3] if program.moving else 1.0
-    values = evaluate(build(model, tmp_path, probe=True), points)
+    values = evaluate(build(model, tmp_path, PROBE), points)
     rows = len(model.levels) + (program.texture is not None)
     fused, together, simple = values[:rows], values[rows : 2 * rows], values[2 * rows :]
     if program.texture is not None:
@@ -104,7 +104,7 @@ def test_simple_draws_a_moving_model(tmp_path: Path) -> None:
     program = build(model, tmp_path)
     eye, directions, footprint = Camera().rays(SIDE, SIDE)
     for time in COMPARED_TIMES:
-        drawn = data(program, "simple", SIDE, "--time", str(time)).reshape(-1, 4)
+        drawn = data(program, SIDE, "--variant", "simple", "--time", str(time)).reshape(-1, 4)
         there = at_time(lower(model), time)
         rays = march(there, eye, directions.reshape(-1, 3), 2, footprint, schedule="relaxed")
         assert (rays.steps == drawn[:, 1]).mean() > 0.98
@@ -122,7 +122,7 @@ def test_simple_draws_a_moving_scene(tmp_path: Path) -> None:
     program = build(model, tmp_path)
     eye, directions, footprint = Camera().rays(SIDE, SIDE)
     for time in (0.0, 0.8):
-        drawn = data(program, "simple", SIDE, "--time", str(time)).reshape(-1, 4)
+        drawn = data(program, SIDE, "--variant", "simple", "--time", str(time)).reshape(-1, 4)
         there = at_time(lower(model), time)
         rays = march(there, eye, directions.reshape(-1, 3), 2, footprint, schedule="relaxed")
         both = rays.hit & (drawn[:, 3] > 0.5)
@@ -194,7 +194,7 @@ def test_data_equals_glsl(
     fitted: Path, fitted_shader: Renderer, variant: str, side: int, schedule: str, rounds: int
 ) -> None:
     """The level is 0 only where the ray missed the ball."""
-    ours = data(fitted, variant, side, "--rounds", str(rounds), "--schedule", schedule)
+    ours = data(fitted, side, "--variant", variant, "--rounds", str(rounds), "--schedule", schedule)
     theirs = fitted_shader.render(
         (side, side), Camera(30, 20), RenderOptions(shade="data", rounds=rounds, schedule=schedule)
     )
@@ -212,7 +212,7 @@ def test_rays_take_the_steps_of_the_reference(demo: Path, schedule: str, variant
     program = lower(load(DEMO))
     eye, directions, footprint = Camera(30, 20).rays(SIDE, SIDE)
     rays = march(program, eye, directions.reshape(-1, 3), 2, footprint, schedule=schedule, cells=Cells(program))
-    ours = data(demo, variant, SIDE, "--schedule", schedule).reshape(-1, 4)
+    ours = data(demo, SIDE, "--variant", variant, "--schedule", schedule).reshape(-1, 4)
     assert (rays.hit == (ours[:, 3] > 0.5)).mean() > 0.998
     assert (rays.steps == ours[:, 1]).mean() > 0.98
     assert np.abs(rays.t - ours[:, 0])[rays.hit].mean() < 1e-4
@@ -223,14 +223,14 @@ def test_rays_take_the_steps_of_the_reference(demo: Path, schedule: str, variant
 )
 def test_rays_skip_no_cells_at_other_levels_and_bands(demo: Path, arguments: tuple[str, str]) -> None:
     """Rays that skip cells evaluate the field only near the shape, so they take fewer steps."""
-    first = [data(demo, "simple", SIDE, *options)[..., 1].sum() for options in (arguments, ())]
+    first = [data(demo, SIDE, "--variant", "simple", *options)[..., 1].sum() for options in (arguments, ())]
     assert first[0] > 1.5 * first[1]
 
 
 def test_simple_hits_where_dense_marching_hits(demo: Path) -> None:
     program = lower(load(DEMO))
     eye, directions, footprint = Camera(30, 20).rays(SIDE, SIDE)
-    drawn_data = data(demo, "simple", SIDE)
+    drawn_data = data(demo, SIDE, "--variant", "simple")
     closest, _ = dense_march(program, eye, directions.reshape(-1, 3), 2, footprint)
     hit = drawn_data[..., 3].ravel() > 0.5
     assert not (hit & (closest > 0.5)).any()
@@ -252,7 +252,7 @@ def test_no_ray_is_lost_or_counted_twice(fitted: Path, schedule: str, first: int
     """The statistics equal the sums of steps and of hit pixels. first: index of the first phase."""
     for rounds in ("32", "1"):
         settings = ("--rounds", rounds, "--iterations", "3,2", "--schedule", schedule)
-        raw, simple = (data(fitted, variant, SIDE, *settings) for variant in ("fused", "simple"))
+        raw, simple = (data(fitted, SIDE, "--variant", variant, *settings) for variant in ("fused", "simple"))
         done = run(
             fitted, "--benchmark", "--variant", "fused", "--frames", "1", "--size", str(SIDE), *settings, "-o", "x.ppm"
         )
