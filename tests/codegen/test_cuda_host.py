@@ -130,6 +130,8 @@ def test_simple_draws_a_moving_scene(tmp_path: Path) -> None:
         assert (rays.hit == (drawn[:, 3] > 0.5)).mean() > 0.995
         assert np.abs(rays.t - drawn[:, 0])[both].mean() < 1e-3
         assert set(drawn[both, 2]) == {2.0}
+    done = run(program, "--benchmark", "--frames", "1", "--size", "8", "-o", "scene.ppm")
+    assert [row["variant"] for row in json.loads(done.stdout)["sizes"][0]["variants"]] == ["simple"]
     refused = run(program, "--variant", "fused")
     assert refused.returncode == 2
     assert "a scene has only the variant simple" in refused.stderr

@@ -48,40 +48,12 @@ inline void print_statistics(const Statistics &counted) {
 // Times one variant at one size. `label` names it in the JSON and in the picture's file name.
 inline void run_variant(const char *label, const std::string &variant, const Arguments &a, const cudaDeviceProp &device,
                         const Peaks &peaks, double useful) {
-    size_t before = 0, after = 0, all = 0;
-    check(cudaMemGetInfo(&before, &all), "cudaMemGetInfo");
+    double before = free_memory();
     Frame frame(variant, a, device);
-    check(cudaMemGetInfo(&after, &all), "cudaMemGetInfo");
-    Timer timer;
-    std::vector<double> totals;
-    std::vector<std::vector<double>> stages;
-    int warm_up = std::max(1, a.frames / 10);
-    for (int i = 0; i < warm_up + a.frames; ++i) {
-        timer.begin();
-        frame.draw([&](const char *name) { timer.mark(name); });
-        timer.finish();
-        if (i < warm_up) continue;
-        totals.push_back(timer.total());
-        stages.resize(timer.names().size());
-        for (size_t k = 0; k < stages.size(); ++k) stages[k].push_back(timer.stage(k));
-    }
-    double milliseconds = median(totals);
-    printf(
-        "      {\"variant\": \"%s\", \"rounds\": %d, \"fps\": %.6g, \"milliseconds\": %.6g, \"frames\": %d, "
-        "\"memory_mib\": %.1f, \"stages\": {",
-        label, a.settings.rounds, 1e3 / milliseconds, milliseconds, a.frames,
-        (static_cast<double>(before) - static_cast<double>(after)) / 1048576.0);
-    for (size_t k = 0; k < stages.size(); ++k)
-        printf("%s\"%s\": %.6g", k ? ", " : "", timer.names()[k].c_str(), median(stages[k]));
-    printf("}");
+    double milliseconds = time_frames(label, frame, a, before - free_memory());
     if (useful > 0.0) print_rate("useful", useful, milliseconds, peaks.best());
     if (variant == "layered") print_rate("executed", frame.executed(), milliseconds, peaks.best());
     if (variant == "fused") print_statistics(frame.statistics());
-    std::string base = a.output.size() > 4 && a.output.substr(a.output.size() - 4) == ".ppm"
-                           ? a.output.substr(0, a.output.size() - 4)
-                           : a.output;
-    std::string name = base + "-" + label + "-" + std::to_string(a.settings.width()) + ".ppm";
-    write_ppm(name, frame.image(), a.settings.width(), a.settings.height());
     printf("}");
     fflush(stdout);
 }
