@@ -100,7 +100,7 @@ def tiny_program(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPa
 @pytest.mark.slow
 def test_nvcc_compiles_a_tiny_model(tiny_program: Path) -> None:
     done = subprocess.run([tiny_program, "--help"], capture_output=True, text=True, check=True)
-    assert "--variant simple|fused|layered" in done.stdout
+    assert "--variant simple|fused]" in done.stdout
 
 
 @pytest.mark.slow
@@ -120,10 +120,9 @@ def test_nvcc_compiles_every_variant(tmp_path: Path) -> None:
 
 
 @pytest.mark.gpu
-@pytest.mark.parametrize("variant", ["fused", "layered"])
-def test_variants_agree_on_a_gpu(variant: str, tmp_path: Path) -> None:
+def test_variants_agree_on_a_gpu(tmp_path: Path) -> None:
     source = tmp_path / "model.cu"
     source.write_text(standalone(random_model((32, 0), (64, 0), texture=(16, 0))), encoding="utf-8")
     program = str(compile_for("native", source))
     subprocess.run([program, "--variant", "simple", "-o", "want.ppm"], cwd=tmp_path, check=True)
-    subprocess.run([program, "--variant", variant, "--check", "want.ppm"], cwd=tmp_path, check=True)
+    subprocess.run([program, "--variant", "fused", "--check", "want.ppm"], cwd=tmp_path, check=True)

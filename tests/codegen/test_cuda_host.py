@@ -182,23 +182,13 @@ def fitted_shader(osmesa: Context) -> Renderer:
 
 
 @pytest.mark.parametrize("rounds", [32, 1])
-@pytest.mark.parametrize(
-    ("variant", "side", "schedule"),
-    [
-        ("simple", SIDE, "plain"),
-        ("simple", SIDE, "relaxed"),
-        ("fused", SIDE, "plain"),
-        ("fused", SIDE, "relaxed"),
-        ("layered", 20, "plain"),
-    ],
-)
-def test_data_equals_glsl(
-    fitted: Path, fitted_shader: Renderer, variant: str, side: int, schedule: str, rounds: int
-) -> None:
+@pytest.mark.parametrize("schedule", ["plain", "relaxed"])
+@pytest.mark.parametrize("variant", ["simple", "fused"])
+def test_data_equals_glsl(fitted: Path, fitted_shader: Renderer, variant: str, schedule: str, rounds: int) -> None:
     """The level is 0 only where the ray missed the ball."""
-    ours = data(fitted, side, "--variant", variant, "--rounds", str(rounds), "--schedule", schedule)
+    ours = data(fitted, SIDE, "--variant", variant, "--rounds", str(rounds), "--schedule", schedule)
     theirs = fitted_shader.render(
-        (side, side), Camera(30, 20), RenderOptions(shade="data", rounds=rounds, schedule=schedule)
+        (SIDE, SIDE), Camera(30, 20), RenderOptions(shade="data", rounds=rounds, schedule=schedule)
     )
     assert set(np.unique(theirs[..., 2])) == {0, 1, 2}
     assert (ours[..., 1:] == theirs[..., 1:]).mean(axis=(0, 1)).min() > 0.99, "steps, level, hit"
@@ -244,9 +234,6 @@ def test_simple_hits_where_dense_marching_hits(demo: Path) -> None:
 def test_variants_draw_the_same_picture(demo: Path) -> None:
     simple = drawn(demo, "--variant", "simple")
     assert psnr(drawn(demo, "--variant", "fused"), simple) > 45
-    small = run(demo, "--variant", "simple", "--size", "20", "-o", "small.ppm")
-    assert small.returncode == 0
-    assert run(demo, "--variant", "layered", "--size", "20", "--check", "small.ppm", "--psnr", "30").returncode == 0
 
 
 @pytest.mark.parametrize(("schedule", "first"), [("plain", 0), ("relaxed", 1)])
@@ -269,10 +256,10 @@ def test_no_ray_is_lost_or_counted_twice(fitted: Path, schedule: str, first: int
 
 
 def test_benchmark_is_json_of_every_variant(fitted: Path) -> None:
-    done = run(fitted, "--benchmark", "--frames", "2", "--size", "9x5", "-o", "b.ppm", NO_CUBLAS="1")
+    done = run(fitted, "--benchmark", "--frames", "2", "--size", "9x5", "-o", "b.ppm")
     (size,) = json.loads(done.stdout)["sizes"]
     assert [row["variant"] for row in size["variants"]] == ["simple", "fused"]
-    assert {"fps", "milliseconds", "stages", "memory_mib", "useful_tflops", "useful_share"} <= set(size["variants"][1])
+    assert {"fps", "milliseconds", "stages", "memory_mib", "useful_tflops"} <= set(size["variants"][1])
 
 
 def test_check_accepts_the_same_picture_only(fitted: Path) -> None:
@@ -289,7 +276,6 @@ def test_check_accepts_the_same_picture_only(fitted: Path) -> None:
         ((), {"DEVICES": "0"}, "no CUDA device"),
         (("--variant", "fused"), {"MAJOR": "7"}, "compute capability 8.0"),
         (("--size", "4096"), {"MEMORY": "100000000"}, "out of memory"),
-        (("--variant", "layered"), {"NO_CUBLAS": "1"}, "libcublas"),
         (("--level", "3"), {}, "--level 3: from 1 to 2"),
         (("--size", "12x"), {}, "--size"),
         (("--schedule", "dense"), {}, "--schedule dense: plain or relaxed"),
@@ -297,7 +283,7 @@ def test_check_accepts_the_same_picture_only(fitted: Path) -> None:
         (("-o", "no/where.ppm", "--size", "8"), {}, "cannot write no/where.ppm"),
         (("--wrong",), {}, "--wrong: no such option"),
     ],
-    ids=["device", "old", "memory", "cublas", "level", "size", "schedule", "reference", "output", "option"],
+    ids=["device", "old", "memory", "level", "size", "schedule", "reference", "output", "option"],
 )
 def test_errors_are_one_line(
     fitted: Path, arguments: tuple[str, ...], environment: dict[str, str], message: str
