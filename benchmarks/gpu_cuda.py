@@ -20,6 +20,13 @@ VARIANTS = (("relaxed", "simple"), ("relaxed", "fused"), ("plain", "simple"), ("
 """Schedule, variant."""
 FRAMES = {"simple": 5, "fused": 100, "layered": 2}
 """Frames that are timed; `simple` and `layered` take up to 0.6 s for one on an H200."""
+PEAKS = (2, 16) if REHEARSAL else (4096, 8192)
+"""Amounts of work by which the card's peak rates are measured: rounds of mma, side of cuBLAS's matrices."""
+
+
+def way(schedule: str, variant: str) -> tuple[str, ...]:
+    """Return a program's first arguments, by which it draws so; `layered` knows only the plain schedule."""
+    return ("layered",) if variant == "layered" else ("--schedule", schedule, "--variant", variant)
 
 
 def check(results: Results) -> None:
@@ -42,7 +49,7 @@ def check(results: Results) -> None:
         reference = PACK / "pictures" / f"{name}-{side}.ppm"
         for schedule, variant in VARIANTS:
             picture = results.folder / f"{name}-{variant}-{schedule}.ppm"
-            options = ("--schedule", schedule, "--variant", variant, "--size", side, "--camera", CAMERA, "-o", picture)
+            options = (*way(schedule, variant), "--size", side, "--camera", CAMERA, "-o", picture)
             done = run(build(name), *options, "--check", reference, "--psnr", 30)
             found = re.search(r"PSNR ([-\d.]+) dB", done.stdout)
             decibels = float(found[1]) if found else None
@@ -67,25 +74,27 @@ def sanitizer(results: Results) -> None:
 
 def table2(results: Results) -> None:
     """Time every row of Table 2 by both schedules, and compare the frames of fused with those of simple."""
-    side = 12 if REHEARSAL else 512
+    side, peaks = 12 if REHEARSAL else 512, dict[str, float]()
     for title, name, (level, normal_level), _ in reversed(ROWS[1:3] if REHEARSAL else ROWS):
         try:
             program = build(name)
+            peaks = peaks or json.loads(run(program, "peaks", *PEAKS, timeout=60, check=True).stdout)
         except SystemExit as failed:
             results.add("errors", {"model": name, "said": str(failed)})
             continue
+        results.set("peaks", peaks)
         view = ("--size", side, "--level", level, "--normal-level", normal_level, "-o", results.folder / f"{name}.ppm")
         for schedule, variant in VARIANTS:
             frames = 1 if REHEARSAL else FRAMES[variant]
-            options = ("--benchmark", "--schedule", schedule, "--variant", variant, "--frames", frames)
-            done = run(program, *view, *options, timeout=60)
+            options = (*way(schedule, variant), *view, "--benchmark", "--frames", frames)
+            done = run(program, *options, timeout=60)
             if done.returncode:
                 results.add("errors", {"model": name, "variant": variant, "said": done.stdout[-300:]})
                 continue
-            report = json.loads(done.stdout)
-            results.set("peaks", {key: report[key] for key in ("peak_mma_tflops", "peak_cublas_tflops")})
-            for row in report["sizes"][0]["variants"]:
+            for row in json.loads(done.stdout)["sizes"][0]["variants"]:
                 entry = {"row": title, "schedule": schedule} | row
+                if "useful_tflops" in row:
+                    entry["useful_share"] = round(row["useful_tflops"] / max(peaks.values()), 4)
                 if variant == "fused":
                     simple = results.folder / f"{name}-simple-{side}.ppm"
                     compared = run(program, *view, "--schedule", schedule, "--check", simple, "--psnr", 0)

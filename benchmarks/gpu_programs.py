@@ -1,4 +1,7 @@
-"""The CUDA programs that the stages of on_gpu.py run: compiled by pack_for_gpu.py, or else on the machine."""
+"""The CUDA programs that the stages of on_gpu.py run: compiled by pack_for_gpu.py, or else on the machine.
+
+Each is cuda/comparison.cu around what `mplicits bake` writes.
+"""
 
 import gzip
 import hashlib
@@ -12,8 +15,9 @@ CHECKED = ("spot", "three", "spot-large")
 """Models whose CUDA programs are compared with a reference picture."""
 PROGRAMS = tuple(dict.fromkeys((*CHECKED, *MODELS_OF)))
 """Models whose CUDA programs are drawn or timed."""
-SOURCES = ("codegen", "field", "glsl", "ir", "model")
-"""Folders whose code decides what a CUDA source says."""
+COMPARISON = ROOT / "benchmarks" / "cuda" / "comparison.cu"
+SOURCES = ("benchmarks/cuda", "codegen", "field", "glsl", "ir", "model")
+"""Folders whose code decides what a program does."""
 
 
 def model_of(name: str) -> str:
@@ -26,6 +30,15 @@ def bake(name: str, source: Path) -> None:
     run(*MPLICITS, "bake", model_of(name), "--target=cuda", "--force", "-o", source, check=True)
 
 
+def compile_for(arch: str, source: Path, program: Path) -> None:
+    """Compile a program around a CUDA source, which is named model.cu. Ends the process where that fails."""
+    compiler = ["nvcc", "-O3", f"-arch={arch}"]
+    if REHEARSAL:
+        shim = ROOT / "tests" / "support" / "cuda_on_host"
+        compiler = ["g++", "-std=c++17", "-O1", "-w", "-DMPLICITS_HOST", f"-I{shim}", "-x", "c++"]
+    run(*compiler, f"-I{source.parent}", COMPARISON, "-o", program, check=True)
+
+
 def packed_of(name: str, arch: str) -> Path:
     """Return where the pack has a model's program for an architecture; the name changes with the model and our code.
 
@@ -33,7 +46,9 @@ def packed_of(name: str, arch: str) -> Path:
     """
     from mplicits.model.gallery import model_path
 
-    paths = [path for room in SOURCES for path in (ROOT / room).rglob("*") if path.suffix in (".py", ".cuh", ".glsl")]
+    paths = [
+        path for room in SOURCES for path in (ROOT / room).rglob("*") if path.suffix in (".py", ".cu", ".cuh", ".glsl")
+    ]
     digest = hashlib.sha256(model_path(model_of(name)).read_bytes())
     for path in sorted(paths):
         digest.update(path.read_bytes())
@@ -58,11 +73,7 @@ def build(name: str) -> Path:
         source, built, packed = program.with_suffix(".cu"), program.with_suffix(".new"), packed_of(name, "*")
         if REHEARSAL or not any(unpacked(one, built) for one in packed.parent.glob(packed.name)):
             bake(name, source)
-            command = ["nvcc", "-O3", "-arch=native"]
-            if REHEARSAL:
-                shim = ROOT / "tests" / "support" / "cuda_on_host"
-                command = ["g++", "-std=c++17", "-O1", "-w", "-DMPLICITS_HOST", f"-I{shim}", "-x", "c++"]
-            run(*command, source, "-o", built, check=True)
+            compile_for("native", source, built)
         built.rename(program)
     return program
 

@@ -23,7 +23,7 @@ from PIL import Image
 
 from gpu_commands import PACK, ROOT
 from gpu_cuda import CAMERA
-from gpu_programs import CHECKED, PROGRAMS, bake, packed_of
+from gpu_programs import CHECKED, PROGRAMS, bake, compile_for, packed_of
 from protocol import DATA
 from table2 import MODELS_OF, train
 
@@ -107,7 +107,7 @@ def compile_programs(arch: str) -> None:
             packed = packed_of(name, arch)
             if not packed.exists():
                 bake(name, source)
-                subprocess.run(["nvcc", "-O3", f"-arch={arch}", source, "-o", program], check=True)
+                compile_for(arch, source, program)
                 packed.parent.mkdir(parents=True, exist_ok=True)
                 for older in packed.parent.glob(f"{arch}-*"):
                     older.unlink()

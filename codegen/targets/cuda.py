@@ -28,7 +28,6 @@ cells (cuda_source/grid.cuh)."""
 
 HEADERS = (
     "cuda_runtime.h",
-    "dlfcn.h",
     "algorithm",
     "cerrno",
     "cmath",
@@ -52,7 +51,7 @@ HEADERS = (
 def standalone(model: Model, storage: str = "auto", digits: int | None = None) -> str:
     """Return the text of the CUDA file that draws `model`.
 
-    storage: "auto" or "texture", which mean the same: one array of weights. Every variant lays them out as it needs.
+    storage: "auto" or "texture", which mean the same: one array of weights. `fused` lays them out as it needs.
     digits: decimals of the weights; None for all. Raises UserError for any other storage.
     """
     if storage not in ("auto", "texture"):
@@ -99,7 +98,7 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None) -
 
 
 def _many_rays(program: Program, offsets: dict[str, int], seen: set[str]) -> list[str]:
-    """Return the networks' tables for the variants that evaluate many rays at once; a scene has none of these variants.
+    """Return the networks' tables for the variant that evaluates many rays at once; a scene does not have it.
 
     offsets, seen: as of `networks` and `_load`.
     """
@@ -148,11 +147,10 @@ def _head(model: Model, program: Program) -> list[str]:
         return [*opening, "// A scene: one variant, simple, with one thread per ray, float32."]
     return [
         *opening,
-        "// Variants: simple, one thread per ray, float32; fused, tiles of rays on the tensor cores; layered, a",
-        "// product by cuBLAS per layer, over all pixels. cuBLAS is part of the CUDA toolkit; it is opened at run time",
-        "// by the variant that needs it: nothing is to be linked. In order: check, vectors, uniforms, camera_ray,",
-        "// settings, the field, networks, shade, arguments, grid, cells, half_width, march, background, to_floor,",
-        "// key_light, openness, studio, floor_color, colors, simple, stepping, mma, packed, team, tile, adjoint,",
-        "// queues, fused, cublas, layered, picture, unpack, benchmark, main. Of these, camera_ray, shade, cells,",
-        "// half_width, march, background, and all from to_floor to floor_color, are functions of the GLSL targets.",
+        "// Variants: simple, one thread per ray, float32; fused, tiles of rays on the tensor cores. In order:",
+        "// check, vectors, uniforms, camera_ray, settings, the field, networks, shade, arguments, grid, cells,",
+        "// half_width, march, background, to_floor, key_light, openness, studio, floor_color, colors, simple,",
+        "// stepping, mma, packed, team, tile, adjoint, queues, fused, picture, unpack, benchmark, main. Of these,",
+        "// camera_ray, shade, cells, half_width, march, background, and all from to_floor to floor_color, are",
+        "// functions of the GLSL targets.",
     ]

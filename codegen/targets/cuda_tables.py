@@ -124,7 +124,7 @@ def networks(program: Program, offsets: dict[str, int]) -> list[str]:
         output_rows = ", ".join(str(offsets[op.row]) for op in dots)
         rows.append(
             f"    {{{width}, {len(affines)}, {len(dots)}, {{{layers}}}, {{{output_rows}}}, "
-            f"{_numbers(dots, 'scale')}, {_numbers(dots, 'bias')}, {program.cost(function).multiply_adds}}},"
+            f"{program.cost(function).multiply_adds}}},"
         )
         types += [
             f"template <> struct NetworkOf<{i}> {{",
@@ -141,11 +141,6 @@ def _layer(program: Program, op: Affine, offsets: dict[str, int]) -> str:
     """Return a hidden layer as a Layer of networks.cuh."""
     rows, columns = program.constants[op.matrix].shape
     return f"{{{rows}, {columns}, {offsets[op.matrix]}, {-1 if op.bias is None else offsets[op.bias]}}}"
-
-
-def _numbers(dots: list[Dot], name: str) -> str:
-    """Return the attribute `name` of each output row as an initializer."""
-    return f"{{{', '.join(LANGUAGE.number(getattr(op, name)) for op in dots)}}}"
 
 
 def _by_index(name: str, values: list[float]) -> str:

@@ -3,16 +3,14 @@
 //
 //     nvcc -O3 -arch=native model.cu -o model && ./model --help
 //
-// Variants: simple, one thread per ray, float32; fused, tiles of rays on the tensor cores; layered, a
-// product by cuBLAS per layer, over all pixels. cuBLAS is part of the CUDA toolkit; it is opened at run time
-// by the variant that needs it: nothing is to be linked. In order: check, vectors, uniforms, camera_ray,
-// settings, the field, networks, shade, arguments, grid, cells, half_width, march, background, to_floor,
-// key_light, openness, studio, floor_color, colors, simple, stepping, mma, packed, team, tile, adjoint,
-// queues, fused, cublas, layered, picture, unpack, benchmark, main. Of these, camera_ray, shade, cells,
-// half_width, march, background, and all from to_floor to floor_color, are functions of the GLSL targets.
+// Variants: simple, one thread per ray, float32; fused, tiles of rays on the tensor cores. In order:
+// check, vectors, uniforms, camera_ray, settings, the field, networks, shade, arguments, grid, cells,
+// half_width, march, background, to_floor, key_light, openness, studio, floor_color, colors, simple,
+// stepping, mma, packed, team, tile, adjoint, queues, fused, picture, unpack, benchmark, main. Of these,
+// camera_ray, shade, cells, half_width, march, background, and all from to_floor to floor_color, are
+// functions of the GLSL targets.
 
 #include <cuda_runtime.h>
-#include <dlfcn.h>
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
@@ -281,9 +279,9 @@ template <> struct NetworkOf<2> {
     __device__ static constexpr float offset(int) { return -.00515f; }
 };
 const Network NETWORKS[3] = {
-    {16, 1, 3, {{4, 4, 20, -1}}, {24, 25, 26}, {.1f, 1.f, 1.f}, {.22875f, -.94327f, .43844f}, 28},
-    {16, 2, 1, {{4, 4, 0, -1}, {4, 4, 4, 8}}, {9}, {1.f}, {.14306f}, 36},
-    {16, 1, 1, {{8, 4, 10, -1}}, {18}, {.1f}, {-.00515f}, 40},
+    {16, 1, 3, {{4, 4, 20, -1}}, {24, 25, 26}, 28},
+    {16, 2, 1, {{4, 4, 0, -1}, {4, 4, 4, 8}}, {9}, 36},
+    {16, 1, 1, {{8, 4, 10, -1}}, {18}, 40},
 };
 
 // main.cuh

@@ -11,13 +11,14 @@ from mplicits.model.model import Model
 from support import needs
 
 SHIM = Path(__file__).parent / "cuda_on_host"
+PROBE = SHIM / "probe.cu"
 
 
-def build(model: Model, folder: Path, probe: bool = False) -> Path:
+def build(model: Model, folder: Path, around: Path | None = None) -> Path:
     """Compile the CUDA file of `model` for the host. Returns the program, in `folder`.
 
-    probe: compile probe.cu around it, which evaluates the networks at points (see `evaluate`). Skips the test without
-    g++.
+    around: compile this file, which includes "model.cu"; PROBE evaluates the networks at points (see `evaluate`). Skips
+    the test without g++.
     """
     needs.program("g++")
     source, program = folder / "model.cu", folder / "model"
@@ -32,13 +33,12 @@ def build(model: Model, folder: Path, probe: bool = False) -> Path:
         "-Wno-unused-parameter",
         "-Wno-parentheses",  # glsl/ has && inside || without them
         "-DMPLICITS_HOST",
-        f'-DMODEL_FILE="{source}"',
+        f"-I{folder}",
         f"-I{SHIM}",
         "-x",
         "c++",
     ]
-    main = SHIM / "probe.cu" if probe else source
-    subprocess.run(["g++", *flags, str(main), "-o", str(program)], check=True)
+    subprocess.run(["g++", *flags, str(around or source), "-o", str(program)], check=True)
     return program
 
 
@@ -53,9 +53,9 @@ def run(program: Path, *arguments: str, **environment: str) -> subprocess.Comple
     )
 
 
-def data(program: Path, variant: str, side: int, *arguments: str) -> NDArray[np.float32]:
+def data(program: Path, side: int, *arguments: str) -> NDArray[np.float32]:
     """Draw `--shade data`: (side, side, 4) float32, (t, steps, level, hit) of each pixel, top row first."""
-    done = run(program, "--variant", variant, "--size", str(side), "--shade", "data", "-o", "data.f32", *arguments)
+    done = run(program, *arguments, "--size", str(side), "--shade", "data", "-o", "data.f32")
     assert done.returncode == 0, done.stderr
     return np.fromfile(program.parent / "data.f32", np.float32).reshape(side, side, 4)
 

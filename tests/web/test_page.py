@@ -14,7 +14,8 @@ from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
-from mplicits.web.page import standalone
+from mplicits.web.document import Studio, packed
+from mplicits.web.page import page_of, standalone
 from support.browser import Visit, visit
 from support.page_pictures import MODEL, SIDE, desktop, differ
 from support.random_model import random_model
@@ -248,7 +249,7 @@ def test_the_page_draws_only_after_changes(opened: Visit) -> None:
 def test_the_button_copies_the_text_for_shadertoy(browser: "Browser", tmp_path: Path) -> None:
     model = quantized_model(random_model((4, 0), texture=(4, 0)))
     file = tmp_path / "page.html"
-    file.write_text(standalone(model, poster=False))
+    file.write_text(packed(page_of(model, poster=False, studio=Studio())[0]).text)
     with visit(browser, file, permissions=["clipboard-read", "clipboard-write"]) as visited:
         visited.unfold()
         assert visited.page.input_value("#shading input:checked") == "studio", "it opens so"

@@ -1,8 +1,5 @@
 """The page of a scene holds its field as text and texels, and draws and plays as the desktop does."""
 
-import base64
-import json
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,7 +11,7 @@ from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
-from mplicits.web.page import standalone
+from mplicits.web.page import page_of, standalone
 from support.browser import visit
 from support.page_pictures import desktop, differ
 from support.scene_models import SMALL, STILL, composed
@@ -25,16 +22,12 @@ if TYPE_CHECKING:
 
 def test_the_page_of_a_scene_holds_the_field_that_glsl300es_has(tmp_path: Path) -> None:
     model = composed(tmp_path, STILL, (4, 8))
-    page, shader = standalone(model, poster=False), glsl300es.bake(model)
-    facts = re.search(r'id="facts">(.*?)</script>', page, re.DOTALL)
-    weights = re.search(r'id="weights">(.*?)</script>', page, re.DOTALL)
-    assert facts
-    assert weights
-    scene = json.loads(facts[1])["scene"]
+    (page, _), shader = page_of(model, poster=False), glsl300es.bake(model)
+    scene = page.facts["scene"]
     assert scene["text"] in shader.text
     assert scene["shapes"] == 6
     assert scene["loops"]["value"] == list(shader.value_loops)
-    texels = np.frombuffer(base64.b64decode(weights[1]), f"<f{scene['size']}").reshape(-1, 4)
+    texels = np.frombuffer(page.data, f"<f{scene['size']}").reshape(-1, 4)
     assert len(texels) == scene["texels"]
     assert shader.weights is not None
     np.testing.assert_array_equal(texels, shader.weights.reshape(-1, 4)[: len(texels)])

@@ -29,7 +29,7 @@ inline void print_usage() {
     const Arguments usual;
     const Settings &s = usual.settings;
     printf(
-        "usage: model [-o FILE.ppm] [--variant simple|fused|layered] [--benchmark | --check REFERENCE.ppm]\n"
+        "usage: model [-o FILE.ppm] [--variant simple|fused] [--benchmark | --check REFERENCE.ppm]\n"
         "  --size WxH            pixels, WxH or N (default %d; --benchmark: 512 and 1024)\n"
         "  --camera AZ,EL[,DIST] azimuth, elevation, degrees; distance in radii of the shape (default %g,%g; "
         "the shape fits)\n"
@@ -38,7 +38,7 @@ inline void print_usage() {
         "  --normal-level L      level of the normals (default: that of --level)\n"
         "  --shade S             %s; %s: raw float32 (t, steps, level, hit)\n"
         "  --iterations 20,5,5   steps at each level;  --rounds N  passes through the levels (default %d)\n"
-        "  --schedule S          sphere tracing: %s (default %s; layered: plain)\n"
+        "  --schedule S          sphere tracing: %s (default %s)\n"
         "  --delta-scale X       factor on the band half-widths;  --step-scale X  factor on the steps (default %g)\n"
         "  --light X,Y,Z         direction towards the light: right, up, towards the viewer\n"
         "  --background C[,C]    #RRGGBB: one color, or top,bottom\n"
@@ -148,9 +148,8 @@ inline Arguments read_arguments(int count, char **values) {
     a.named = has("-o");
     if (a.named) a.output = options["-o"];
     a.variant = options["--variant"];
-    if (!a.variant.empty() && a.variant != "simple" && a.variant != "fused" && a.variant != "layered") {
-        refuse("--variant %s: simple, fused or layered", a.variant.c_str());
-    }
+    if (!a.variant.empty() && a.variant != "simple" && a.variant != "fused")
+        refuse("--variant %s: simple or fused", a.variant.c_str());
     a.reference = options["--check"];
     if (has("--frames")) a.frames = whole("--frames", options["--frames"], 1, 100000);
     if (has("--psnr")) a.least_psnr = number("--psnr", options["--psnr"]);

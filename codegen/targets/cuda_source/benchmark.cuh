@@ -1,12 +1,7 @@
 #include "timer.cuh"
-#include "peak.cuh"
 // benchmark.cuh: --benchmark, which prints one JSON object and writes the last frame of each variant and size as PPM.
 // useful_tflops counts the products that the march needs, as `fused` counts them: weights without padding, and lanes
-// with a ray. executed_tflops, of `layered`, counts all products.
-struct Peaks {
-    double mma, cublas;
-    double best() const { return std::fmax(mma, cublas); }
-};
+// with a ray.
 
 // Floating-point operations that a frame needs.
 inline double useful_operations(const Statistics &counted, const Settings &s) {
@@ -19,11 +14,6 @@ inline double useful_operations(const Statistics &counted, const Settings &s) {
     }
     if (TEXTURED && shades_hits(s)) operations += 2.0 * static_cast<double>(NETWORKS[0].multiply_adds) * counted.hits;
     return operations;
-}
-
-inline void print_rate(const char *name, double operations, double milliseconds, double peak) {
-    double rate = operations / (1e-3 * milliseconds);
-    printf(", \"%s_tflops\": %.4g, \"%s_share\": %.4g", name, 1e-12 * rate, name, rate / peak);
 }
 
 // Prints the rays at each level in each round, and the share of lanes with a ray.
@@ -45,43 +35,13 @@ inline void print_statistics(const Statistics &counted) {
     printf("]");
 }
 
-// Times one variant at one size. `label` names it in the JSON and in the picture's file name.
-inline void run_variant(const char *label, const std::string &variant, const Arguments &a, const cudaDeviceProp &device,
-                        const Peaks &peaks, double useful) {
-    size_t before = 0, after = 0, all = 0;
-    check(cudaMemGetInfo(&before, &all), "cudaMemGetInfo");
+// Times one variant at one size. useful: operations of a frame, or 0 where they are unknown.
+inline void run_variant(const char *variant, const Arguments &a, const cudaDeviceProp &device, double useful) {
+    double before = free_memory();
     Frame frame(variant, a, device);
-    check(cudaMemGetInfo(&after, &all), "cudaMemGetInfo");
-    Timer timer;
-    std::vector<double> totals;
-    std::vector<std::vector<double>> stages;
-    int warm_up = std::max(1, a.frames / 10);
-    for (int i = 0; i < warm_up + a.frames; ++i) {
-        timer.begin();
-        frame.draw([&](const char *name) { timer.mark(name); });
-        timer.finish();
-        if (i < warm_up) continue;
-        totals.push_back(timer.total());
-        stages.resize(timer.names().size());
-        for (size_t k = 0; k < stages.size(); ++k) stages[k].push_back(timer.stage(k));
-    }
-    double milliseconds = median(totals);
-    printf(
-        "      {\"variant\": \"%s\", \"rounds\": %d, \"fps\": %.6g, \"milliseconds\": %.6g, \"frames\": %d, "
-        "\"memory_mib\": %.1f, \"stages\": {",
-        label, a.settings.rounds, 1e3 / milliseconds, milliseconds, a.frames,
-        (static_cast<double>(before) - static_cast<double>(after)) / 1048576.0);
-    for (size_t k = 0; k < stages.size(); ++k)
-        printf("%s\"%s\": %.6g", k ? ", " : "", timer.names()[k].c_str(), median(stages[k]));
-    printf("}");
-    if (useful > 0.0) print_rate("useful", useful, milliseconds, peaks.best());
-    if (variant == "layered") print_rate("executed", frame.executed(), milliseconds, peaks.best());
-    if (variant == "fused") print_statistics(frame.statistics());
-    std::string base = a.output.size() > 4 && a.output.substr(a.output.size() - 4) == ".ppm"
-                           ? a.output.substr(0, a.output.size() - 4)
-                           : a.output;
-    std::string name = base + "-" + label + "-" + std::to_string(a.settings.width()) + ".ppm";
-    write_ppm(name, frame.image(), a.settings.width(), a.settings.height());
+    double milliseconds = time_frames(variant, frame, a, before - free_memory());
+    if (useful > 0.0) printf(", \"useful_tflops\": %.4g", 1e-9 * useful / milliseconds);
+    if (std::string(variant) == "fused") print_statistics(frame.statistics());
     printf("}");
     fflush(stdout);
 }
@@ -99,31 +59,18 @@ inline void run_benchmark(Arguments a, const cudaDeviceProp &device) {
     check(cudaDriverGetVersion(&driver), "cudaDriverGetVersion");
     check(cudaRuntimeGetVersion(&runtime), "cudaRuntimeGetVersion");
     bool tensor = device.major >= 8 && weights_fit_halves();
-    Peaks peaks = {tensor ? measured_mma_peak(device.multiProcessorCount) : 0.0, measured_cublas_peak()};
-    bool cublas = peaks.cublas > 0.0;
     printf(
         "{\"model\": \"%s\", \"device\": \"%s\", \"compute_capability\": \"%d.%d\", "
-        "\"driver_cuda\": %d, \"runtime_cuda\": %d,\n"
-        " \"peak_mma_tflops\": %.4g, \"peak_cublas_tflops\": %.4g,\n \"sizes\": [\n",
-        SHA256, device.name, device.major, device.minor, driver, runtime, 1e-12 * peaks.mma, 1e-12 * peaks.cublas);
+        "\"driver_cuda\": %d, \"runtime_cuda\": %d,\n \"sizes\": [\n",
+        SHA256, device.name, device.major, device.minor, driver, runtime);
     std::vector<int> sizes = a.sized ? std::vector<int>{0} : std::vector<int>{512, 1024};
     for (size_t i = 0; i < sizes.size(); ++i) {
         if (sizes[i]) a.settings.resolution = vec2(static_cast<float>(sizes[i]));
         printf("  {\"width\": %d, \"height\": %d, \"variants\": [\n", a.settings.width(), a.settings.height());
         double useful = count_useful(a, device);
-        bool first = true;
-        auto run = [&](const char *label, const char *variant, int rounds, double operations) {
-            if (!a.variant.empty() && a.variant != variant) return;
-            if (!first) printf(",\n");
-            first = false;
-            Arguments changed = a;
-            changed.settings.rounds = rounds;
-            run_variant(label, variant, changed, device, peaks, operations);
-        };
-        run("simple", "simple", a.settings.rounds, useful);
-        if (tensor) run("fused", "fused", a.settings.rounds, useful);
-        if (tensor && cublas) run("layered", "layered", a.settings.rounds, useful);
-        if (tensor && cublas) run("layered-one-round", "layered", 1, 0.0);
+        if (a.variant != "fused") run_variant("simple", a, device, useful);
+        if (a.variant.empty() && tensor) printf(",\n");
+        if (a.variant != "simple" && tensor) run_variant("fused", a, device, useful);
         printf("\n  ]}%s\n", i + 1 < sizes.size() ? "," : "");
     }
     printf("]}\n");

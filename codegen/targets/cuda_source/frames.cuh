@@ -1,6 +1,5 @@
 #include "simple.cuh"
 #include "fused_frame.cuh"
-#include "layered_frame.cuh"
 // frames.cuh: one object for any variant, which draws frames.
 
 // Whether all weights of hidden layers are in float16's range.
@@ -21,50 +20,34 @@ inline bool weights_fit_halves() {
 class Frame {
 public:
     Frame(const std::string &variant, const Arguments &a, const cudaDeviceProp &device)
-        : variant_(variant), settings_(a.settings) {
-        if (variant != "simple") {
-            if (device.major < 8) {
-                refuse("--variant %s needs compute capability 8.0, this GPU has %d.%d; use --variant simple",
-                       variant.c_str(), device.major, device.minor);
-            }
-            if (!weights_fit_halves())
-                refuse("--variant %s: weights beyond float16's range; use --variant simple", variant.c_str());
+        : settings_(a.settings), image_(static_cast<size_t>(a.settings.pixels())) {
+        if (variant == "simple") return;
+        if (device.major < 8) {
+            refuse("--variant fused needs compute capability 8.0, this GPU has %d.%d; use --variant simple",
+                   device.major, device.minor);
         }
-        if (variant == "fused" && Alone::SHARED > static_cast<int>(device.sharedMemPerBlockOptin)) {
+        if (!weights_fit_halves())
+            refuse("--variant fused: weights beyond float16's range; use --variant simple");
+        if (Alone::SHARED > static_cast<int>(device.sharedMemPerBlockOptin))
             refuse("--variant fused: networks too wide for this GPU's shared memory; use --variant simple");
-        }
-        if (variant == "fused") fused_ = std::make_unique<Fused>(settings_, device.multiProcessorCount);
-        if (variant == "layered") {
-            cublas_ = Cublas::open();
-            if (!cublas_) refuse("--variant layered: libcublas.so is not found; it comes with the CUDA toolkit");
-            layered_ = std::make_unique<Layered>(settings_, *cublas_);
-            layered_->set_steps(a.steps);
-        }
-        image_ = std::make_unique<Buffer<vec4>>(static_cast<size_t>(settings_.pixels()));
+        fused_ = std::make_unique<Fused>(settings_, device.multiProcessorCount);
     }
 
     // Draws a frame, and calls mark(name) after each stage.
     template <class Mark> void draw(Mark mark) {
         if (fused_) {
-            fused_->draw(settings_, image_->get(), mark);
-        } else if (layered_) {
-            layered_->draw(settings_, image_->get(), mark);
+            fused_->draw(settings_, image_.get(), mark);
         } else {
-            launch(render_simple, blocks_for(settings_.pixels()), settings_, image_->get());
+            launch(render_simple, blocks_for(settings_.pixels()), settings_, image_.get());
             mark("render");
         }
     }
 
-    void set_rounds(int rounds) { settings_.rounds = rounds; }
-    std::vector<vec4> image() const { return image_->read(); }
+    std::vector<vec4> image() const { return image_.read(); }
     Statistics statistics() const { return fused_->statistics(); }
-    double executed() const { return layered_ ? layered_->executed() : 0.0; }
 
 private:
-    std::string variant_;
     Settings settings_;
-    std::unique_ptr<Cublas> cublas_;
     std::unique_ptr<Fused> fused_;
-    std::unique_ptr<Layered> layered_;
-    std::unique_ptr<Buffer<vec4>> image_;
+    Buffer<vec4> image_;
 };

@@ -30,20 +30,8 @@ inline void set_constants(const Arguments &a, const unsigned char *grid, int cou
     check(cudaMemcpyToSymbol(cells_half, &CELLS_HALF, sizeof(float)), "cudaMemcpyToSymbol");
 }
 
-inline int run(int count, char **values) {
-    Arguments a = read_arguments(count, values);
-    cudaDeviceProp device = the_device();
-    std::vector<unsigned char> grid = cells_for(a);
-    Buffer<unsigned char> on_device(grid);
-    set_constants(a, on_device.get(), grid.empty() ? 0 : CELL_COUNT);
-    if (a.benchmark) {
-        run_benchmark(a, device);
-        return 0;
-    }
-    if (a.variant.empty()) a.variant = device.major >= 8 && weights_fit_halves() ? "fused" : "simple";
-    Frame frame(a.variant, a, device);
-    frame.draw([](const char *) {});
-    std::vector<vec4> image = frame.image();
+// Writes the picture, unless it is only compared, and compares it with the reference. Returns the exit code.
+inline int deliver(const Arguments &a, const std::vector<vec4> &image) {
     int width = a.settings.width(), height = a.settings.height();
     if (a.reference.empty() || a.named) {
         if (a.settings.shading == SHADE_DATA) {
@@ -58,4 +46,20 @@ inline int run(int count, char **values) {
     printf("%s: %s, PSNR %.2f dB, at least %.2f wanted\n", good ? "agrees" : "DISAGREES", a.variant.c_str(), agreement,
            a.least_psnr);
     return good ? 0 : 1;
+}
+
+inline int run(int count, char **values) {
+    Arguments a = read_arguments(count, values);
+    cudaDeviceProp device = the_device();
+    std::vector<unsigned char> grid = cells_for(a);
+    Buffer<unsigned char> on_device(grid);
+    set_constants(a, on_device.get(), grid.empty() ? 0 : CELL_COUNT);
+    if (a.benchmark) {
+        run_benchmark(a, device);
+        return 0;
+    }
+    if (a.variant.empty()) a.variant = device.major >= 8 && weights_fit_halves() ? "fused" : "simple";
+    Frame frame(a.variant, a, device);
+    frame.draw([](const char *) {});
+    return deliver(a, frame.image());
 }

@@ -9,8 +9,6 @@
 constexpr unsigned WARP = 0xffffffffu;
 
 #ifndef MPLICITS_HOST
-constexpr int PEAK_ROUNDS = 4096, PEAK_SIZE = 8192;  // amounts of work that peak.cuh times
-
 __device__ inline uint4 *shared_memory() {
     extern __shared__ uint4 words[];
     return words;

@@ -1,4 +1,4 @@
-// networks.cuh: the place of each network's weights in WEIGHTS, for the variants that rearrange them.
+// networks.cuh: the place of each network's weights in WEIGHTS, for `fused`, which rearranges them.
 struct Layer {
     int rows, columns;  // multiples of 4
     int matrix, bias;   // index of the first texel of each; a bias of -1 is a column of the matrix
@@ -16,6 +16,5 @@ struct Network {
     int layers, outputs;  // numbers of hidden layers and of outputs
     Layer layer[MOST_LAYERS];
     int row[3];                 // index of the first texel of each output's row
-    float scale[3], offset[3];  // output = scale * (row . last sines) + offset
     long long multiply_adds;    // of one evaluation of the value, without padding
 };

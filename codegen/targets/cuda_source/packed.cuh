@@ -9,8 +9,7 @@ struct Packed {
     const uint4 *forward;  // [LAYERS - 1][WIDTH / 16 outputs][WIDTH / 16 inputs][32 lanes] B of two neighbors
     const uint4 *forward_rest;  // the same of the matrices' rounding errors
     const uint4 *backward;      // the same of the transposed matrices
-    const unsigned *whole;      // [LAYERS - 1][WIDTH][WIDTH] halves, row by row, for cuBLAS
-    float lift;                 // power of two that scales the largest entry of the rows into [1, 2)
+    float lift;  // power of two that scales the largest entry of the rows into [1, 2)
 };
 
 struct PackedNetworks {
@@ -42,11 +41,10 @@ inline unsigned halves_of(float low, float high) { return half_of(low) | half_of
 class Packing {
 public:
     explicit Packing(const Network &network) : width_(network.width) {
-        size_t width = static_cast<size_t>(width_), inner = static_cast<size_t>(network.layers - 1);
+        size_t width = static_cast<size_t>(width_);
         first_.assign(width, float4{0, 0, 0, 0});
         bias_.assign(static_cast<size_t>(network.layers) * width, 0.0f);
         rows_.assign(8 * width, 0.0f);
-        whole_.assign(inner * width * width / 2, 0u);
         for (int o = 0; o < network.layer[0].rows; ++o) {
             float row[4];
             for (int i = 0; i < 4; ++i) row[i] = network.layer[0].at(o, i);
@@ -62,19 +60,13 @@ public:
             fragments([&](int i, int o) { return layer.at(o, i); }, forward_);
             fragments([&](int i, int o) { return layer.at(o, i) - float_of(half_of(layer.at(o, i))); }, forward_rest_);
             fragments([&](int i, int o) { return layer.at(i, o); }, backward_);
-            for (int o = 0; o < width_; ++o) {
-                for (int i = 0; i < width_; i += 2) {
-                    size_t place = (static_cast<size_t>((j - 1) * width_ + o) * width + static_cast<size_t>(i)) / 2;
-                    whole_[place] = halves_of(network.layer[j].at(o, i), network.layer[j].at(o, i + 1));
-                }
-            }
         }
         output_rows(network);
     }
 
     Packed upload() {
-        return Packed{keep(first_),        keep(bias_),     keep(rows_),  keep(forward_),
-                      keep(forward_rest_), keep(backward_), keep(whole_), lift_};
+        return Packed{keep(first_),   keep(bias_),         keep(rows_),
+                      keep(forward_), keep(forward_rest_), keep(backward_), lift_};
     }
 
 private:
@@ -120,6 +112,5 @@ private:
     std::vector<float4> first_;
     std::vector<float> bias_, rows_;
     std::vector<uint4> forward_, forward_rest_, backward_;
-    std::vector<unsigned> whole_;
     std::vector<std::shared_ptr<void>> kept_;
 };

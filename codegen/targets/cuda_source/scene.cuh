@@ -1,6 +1,5 @@
 #include "arguments.cuh"
 #include "simple.cuh"
-#include "picture.cuh"
 #include "timer.cuh"
 // scene.cuh: replaces frames.cuh and benchmark.cuh for a scene, which has only the variant simple: the others evaluate
 // one shape's networks for many rays at once.
@@ -28,21 +27,11 @@ inline void run_benchmark(Arguments a, const cudaDeviceProp &device) {
     std::vector<int> sizes = a.sized ? std::vector<int>{0} : std::vector<int>{512, 1024};
     for (size_t i = 0; i < sizes.size(); ++i) {
         if (sizes[i]) a.settings.resolution = vec2(static_cast<float>(sizes[i]));
+        double before = free_memory();
         Frame frame(a.variant.empty() ? "simple" : a.variant, a, device);
-        Timer timer;
-        std::vector<double> totals;
-        int warm_up = std::max(1, a.frames / 10);
-        for (int k = 0; k < warm_up + a.frames; ++k) {
-            timer.begin();
-            frame.draw([&](const char *name) { timer.mark(name); });
-            timer.finish();
-            if (k >= warm_up) totals.push_back(timer.total());
-        }
-        double milliseconds = median(totals);
-        printf("  {\"width\": %d, \"height\": %d, \"variants\": [{\"variant\": \"simple\", \"rounds\": %d, "
-               "\"fps\": %.6g, \"milliseconds\": %.6g, \"frames\": %d}]}%s\n",
-               a.settings.width(), a.settings.height(), a.settings.rounds, 1e3 / milliseconds, milliseconds, a.frames,
-               i + 1 < sizes.size() ? "," : "");
+        printf("  {\"width\": %d, \"height\": %d, \"variants\": [\n", a.settings.width(), a.settings.height());
+        time_frames("simple", frame, a, before - free_memory());
+        printf("}\n  ]}%s\n", i + 1 < sizes.size() ? "," : "");
     }
     printf("]}\n");
 }

@@ -2,7 +2,7 @@
 #include "cells.glsl"
 #include "half_width.glsl"
 #include "march.glsl"
-// stepping.cuh: march() in parts, for the variants that take one step of many rays at a time.
+// stepping.cuh: march() in parts, for `fused`, which takes one step of many rays at a time.
 static_assert(sizeof(Hit) == 16, "a ray's state is four words of memory");
 
 // State of a ray of the relaxed schedule between steps: see stride() and leave_out().

@@ -265,7 +265,6 @@ inline float __shfl_xor_sync(unsigned, float value, int flip) {
 }
 
 namespace mplicits {
-constexpr int PEAK_ROUNDS = 2, PEAK_SIZE = 16;
 inline uint4 *shared_memory() {
     return &host::shared_words[blockIdx.x % host::RESIDENT * (host::shared_size / sizeof(uint4))];
 }

@@ -1,4 +1,4 @@
-// cuBLAS on the host, for tests: the three functions that the program looks up. With MPLICITS_HOST_NO_CUBLAS, the
+// cuBLAS on the host, for tests: the three functions that benchmarks/cuda/cublas.cuh looks up. With MPLICITS_HOST_NO_CUBLAS, the
 // library is missing.
 #pragma once
 #include <cstring>

@@ -4,7 +4,7 @@
 //   for each network, by the warps of a block together: its outputs in xyz, and in w its first one without the split;
 //   for each level, field_gradient(), and then (albedo(), 0), as `simple` calls them.
 #define main model_main
-#include MODEL_FILE
+#include "model.cu"
 #undef main
 
 namespace mplicits {

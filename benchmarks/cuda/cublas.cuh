@@ -1,5 +1,9 @@
-// cublas.cuh: the cuBLAS function of `layered` and --benchmark. It opens the library, a part of the toolkit, at run
-// time, so that this file compiles and links without it.
+// cublas.cuh: cuBLAS's matrix product. It opens the library, a part of the toolkit, at run time, so that this file
+// compiles and links without it.
+#pragma once
+#include <dlfcn.h>
+
+namespace mplicits {
 class Cublas {
 public:
     // Opens the library; null where it is not installed.
@@ -45,3 +49,5 @@ private:
     Destroy destroy_;
     Product product_;
 };
+
+}  // namespace mplicits

@@ -1,10 +1,7 @@
-#include "cublas.cuh"
-#include "stepping.cuh"
-#include "colors.cuh"
-#include "packed.cuh"
-// layered.cuh: variant `layered`, for comparison, which works like the paper's renderer. In every step, every layer of
-// every network is one matrix product by cuBLAS over all pixels, including finished rays. The inputs of the products
-// are halves, except in the first and last layer. Its schedule is plain.
+// layered.cuh: the kernels of `layered`, which works like the paper's renderer. In every step, every layer of every
+// network is one matrix product by cuBLAS over all pixels, including finished rays. The inputs of the products are
+// halves, except in the first and last layer. Its schedule is plain.
+namespace mplicits {
 
 // Sines of sums [pixels][width] + bias, as halves or, with `floats` (the last layer), as floats; with `slopes` also
 // their cosines as halves. A thread works on two columns. floats may be the array sums.
@@ -53,21 +50,25 @@ __global__ void place(Settings s, const Hit *state, float4 *points) {
     points[pixel] = float4{p.x, p.y, p.z, MOVING ? time : 1.0f};
 }
 
-// Scale and offset of the networks' outputs, by level.
-struct Affines {
-    float scale[LEVELS + 1][3], offset[LEVELS + 1][3];
-};
+// Scale and offset of the output of a level's network.
+template <int LEVEL = 1> __device__ inline vec2 affine(int level) {
+    if constexpr (LEVEL < LEVELS) {
+        if (level > LEVEL) return affine<LEVEL + 1>(level);
+    }
+    return vec2(NetworkOf<LEVEL>::scale(0), NetworkOf<LEVEL>::offset(0));
+}
 
 // One step of the rays at level `phase`. values: [LEVELS][pixels][8] sums of the output rows; active: counter of the
 // unfinished rays, or null.
-__global__ void step_layered(Settings s, int phase, const float *values, Affines affine, Hit *state, int *active) {
+__global__ void step_layered(Settings s, int phase, const float *values, Hit *state, int *active) {
     int pixel = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
     if (pixel >= s.pixels()) return;
     Hit ray = state[pixel];
     if (ray.level == phase) {
         auto value = [&](int level) {
             const float *of_level = values + static_cast<long long>(level - 1) * s.pixels() * 8;
-            return affine.scale[level][0] * of_level[8LL * pixel] + affine.offset[level][0];
+            vec2 to = affine(level);
+            return to.x * of_level[8LL * pixel] + to.y;
         };
         float f = value(1);
         int reached = 1;
@@ -78,15 +79,15 @@ __global__ void step_layered(Settings s, int phase, const float *values, Affines
     if (active != nullptr && ray.level > 0) atomicAdd(active, 1);
 }
 
-__global__ void add_gradient(const float4 *of_level, float scale, bool first, int pixels, vec3 *gradient) {
+// Adds the gradient of a level, which is multiplied by lift, to those of the levels before.
+__global__ void add_gradient(const float4 *of_level, int level, float lift, int pixels, vec3 *gradient) {
     int pixel = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
     if (pixel >= pixels) return;
-    vec3 added = scale * vec3(of_level[pixel].x, of_level[pixel].y, of_level[pixel].z);
-    gradient[pixel] = first ? added : gradient[pixel] + added;
+    vec3 added = affine(level).x / lift * vec3(of_level[pixel].x, of_level[pixel].y, of_level[pixel].z);
+    gradient[pixel] = level == 1 ? added : gradient[pixel] + added;
 }
 
-__global__ void shade_layered(Settings s, const Hit *state, const vec3 *gradient, const float *colors, Affines affine,
-                              vec4 *image) {
+__global__ void shade_layered(Settings s, const Hit *state, const vec3 *gradient, const float *colors, vec4 *image) {
     int pixel = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
     if (pixel >= s.pixels()) return;
     Hit ray = state[pixel];
@@ -95,14 +96,15 @@ __global__ void shade_layered(Settings s, const Hit *state, const vec3 *gradient
         vec3 direction = s.direction(pixel);
 #if TEXTURED
         float c[3];
-        for (int i = 0; i < 3; ++i) c[i] = affine.scale[0][i] * colors[8LL * pixel + i] + affine.offset[0][i];
+        for (int i = 0; i < 3; ++i) c[i] = NetworkOf<0>::scale(i) * colors[8LL * pixel + i] + NetworkOf<0>::offset(i);
         vec3 surface = clamp(vec3(c[0], c[1], c[2]), 0.0f, 1.0f);
 #else
         (void)colors;
-        (void)affine;
         vec3 surface = albedo(s.eye() + ray.t * direction);
 #endif
         color = surface_color(s, direction, ray.t, gradient[pixel], surface);
     }
     image[pixel] = color;
 }
+
+}  // namespace mplicits
