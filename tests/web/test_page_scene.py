@@ -26,7 +26,7 @@ def test_the_page_of_a_scene_holds_the_field_that_glsl300es_has(tmp_path: Path) 
     scene = page.facts["scene"]
     assert scene["text"] in shader.text
     assert scene["shapes"] == 6
-    assert scene["loops"]["value"] == list(shader.value_loops)
+    assert list(scene["loops"]["value"]) == list(shader.value_loops)
     texels = np.frombuffer(page.data, f"<f{scene['size']}").reshape(-1, 4)
     assert len(texels) == scene["texels"]
     assert shader.weights is not None
