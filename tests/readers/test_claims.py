@@ -1,6 +1,7 @@
 """Small files that claim much: refused before the memory is taken, and what is named often is read once."""
 
 import io
+import time
 import zlib
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from mplicits.model.image_file import open_image
 from mplicits.readers.content import Mesh
 from mplicits.readers.polygons import MOST_CORNERS, triangulated
 from mplicits.readers.read import read_shape
-from support.growing_files import TRIANGLE, gltf, materials, png, polygon
+from support.growing_files import TRIANGLE, gltf, materials, png, polygon, weights
 
 LIMIT = r"would take .* GB of memory; 2\.\d+ GB are allowed"
 
@@ -132,3 +133,9 @@ def test_no_image_starts_another_program(tmp_path: Path, monkeypatch: pytest.Mon
     assert mesh.paint is None
     with pytest.raises(UserError, match="not a readable image"):
         open_image(tmp_path / "skin.eps", "--texture")
+
+
+def test_weights_of_morph_targets_are_applied_once_for_all_places(tmp_path: Path) -> None:
+    path, began = weights(tmp_path, 12_000), time.process_time()
+    read_shape(path)
+    assert time.process_time() - began < 5  # a minute for each weight in each place
