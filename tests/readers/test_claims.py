@@ -13,7 +13,7 @@ from PIL import Image
 from mplicits.model.errors import UserError
 from mplicits.model.image_file import open_image
 from mplicits.readers.content import Mesh
-from mplicits.readers.polygons import MOST_CORNERS, triangulated
+from mplicits.readers.polygons import MOST_WORK, triangulated
 from mplicits.readers.read import read_shape
 from support.growing_files import TRIANGLE, gltf, materials, png, polygon, weights
 
@@ -115,11 +115,12 @@ def test_a_large_polygon_that_crosses_itself_is_a_fan() -> None:
     assert triangles.tolist() == [[0, k, k + 1] for k in range(1, 1499)]
 
 
-def test_a_polygon_that_would_take_minutes_is_refused() -> None:
-    count = MOST_CORNERS + 1
+@pytest.mark.parametrize("polygons", [1, 1000])
+def test_polygons_that_would_take_minutes_are_refused(polygons: int) -> None:
+    count = round((MOST_WORK / polygons) ** (1 / 3)) + 1
     points = np.random.default_rng(0).random((count, 3)) * (1, 1, 0)
-    with pytest.raises(UserError, match="a polygon of 32,769 corners that is not convex; triangulate the mesh"):
-        triangulated(points, np.array([count]), np.arange(count))
+    with pytest.raises(UserError, match=f"polygons of up to {count:,} corners that are not convex; triangulate"):
+        triangulated(points, np.full(polygons, count), np.tile(np.arange(count), polygons))
 
 
 def test_no_image_starts_another_program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -142,7 +142,7 @@ FILES: dict[str, tuple[Callable[[Path, int], Path], int]] = {
     "blank lines": (blank_lines, 300_000),
     "libraries": (libraries, 20_000),
     "materials": (materials, 2_000),
-    "polygon": (polygon, 3_000),
+    "polygon": (polygon, 1_000),
     "polygon sizes": (polygon_sizes, 40_000),
     "strips": (strips, 40_000),
     "skins": (skins, 1_000),
