@@ -11,7 +11,7 @@ from PIL import Image
 
 from ..model.errors import UserError
 from ..model.files import show
-from ..model.image_file import open_image, opened_image
+from ..model.image_file import load_pixels, open_image, opened_image
 from ..model.references import MISSING, UnresolvedError
 from .claims import Claims
 from .named_files import NamedFiles
@@ -82,7 +82,7 @@ class Images:
                 width, height = opened.size
                 size = width * height
                 self._claims.take(KEPT * size, f"an image of {width:,} x {height:,} pixels", DECODING * size)
-                opened.load()
+                load_pixels(opened)
                 return picture_of(opened).pixels
         except UNREADABLE:
             return None
