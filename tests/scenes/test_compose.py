@@ -333,3 +333,20 @@ def test_a_model_elsewhere_needs_follow(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"outside of the folder; --follow reads it"):
         mplicits.compose(inside / "scene.toml")
     assert mplicits.compose(inside / "scene.toml", follow=True).model.scene is not None
+
+
+@pytest.mark.parametrize("text", ["a" + ".a" * 20_000 + " = 1\n", "[a" + ".a" * 2000 + "]\n" + "b = 1\n" * 100_000])
+def test_long_keys_are_refused_at_once(text: str, tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text(text)
+    began = process_time()
+    with pytest.raises(UserError, match="a line with 20?,000 dots; write shorter lines"):
+        mplicits.compose(tmp_path / "scene.toml")
+    assert process_time() - began < 1
+
+
+def test_an_inner_scene_is_parsed_once(tmp_path: Path) -> None:
+    (tmp_path / "inner.toml").write_text("#\n" * 100_000 + '[[parts]]\nmodel = "spot-small"\n')
+    (tmp_path / "scene.toml").write_text('[[parts]]\nmodel = "inner.toml"\n' * 60)
+    began = process_time()
+    assert len(list(shapes_of(mplicits.compose(tmp_path / "scene.toml").model.scene))) == 60
+    assert process_time() - began < 3
