@@ -58,10 +58,9 @@ class Images:
         path = files.file(name)
         if path not in self._pixels:
             try:
-                data = path.read_bytes()
+                data = self._claims.read(path)
             except OSError:
                 raise UnresolvedError(name, MISSING) from None
-            self._claims.at_hand += len(data)
             picture = self.decoded(data)
             self._pixels[path] = None if picture is None else picture.pixels
         if (pixels := self._pixels[path]) is None:

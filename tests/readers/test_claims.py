@@ -5,14 +5,18 @@ import time
 import zlib
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 from PIL import Image
 
+from mplicits.model import memory
 from mplicits.model.errors import UserError
 from mplicits.model.image_file import open_image
+from mplicits.readers.claims import Claims
 from mplicits.readers.content import Mesh
+from mplicits.readers.gltf_file import open_gltf
 from mplicits.readers.polygons import MOST_WORK, triangulated
 from mplicits.readers.read import read_shape
 from support.growing_files import TRIANGLE, gltf, materials, png, polygon, weights
@@ -140,3 +144,36 @@ def test_weights_of_morph_targets_are_applied_once_for_all_places(tmp_path: Path
     path, began = weights(tmp_path, 12_000), time.process_time()
     read_shape(path)
     assert time.process_time() - began < 5  # a minute for each weight in each place
+
+
+def test_a_file_is_at_hand_once_by_whatever_names(tmp_path: Path) -> None:
+    (tmp_path / "d").mkdir()
+    (tmp_path / "a").write_bytes(b"1234")
+    (tmp_path / "b").hardlink_to(tmp_path / "a")
+    (tmp_path / "c").write_bytes(b"56")
+    claims = Claims(10)
+    assert [claims.read(tmp_path / name) for name in ("a", "d/../a", "b")] == [b"1234"] * 3
+    assert claims.at_hand == 14
+    claims.read(tmp_path / "c")
+    assert claims.at_hand == 16
+
+
+def test_a_buffer_of_many_names_fills_no_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(memory, "BUDGET", 0)
+    monkeypatch.setattr(memory, "RATIO", 2)
+    (tmp_path / "d").mkdir()
+    (tmp_path / "a.bin").write_bytes(bytes(100_000))
+    buffers = [{"uri": "d/../" * k + "a.bin", "byteLength": 100_000} for k in range(5)]
+    opened = open_gltf(gltf(tmp_path / "a.gltf", {"buffers": buffers}))
+    with pytest.raises(UserError, match="its files would take"):
+        list(map(opened.buffer, range(5)))
+
+
+def test_a_long_library_of_many_names_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    lines = Mock(return_value=())
+    monkeypatch.setattr("mplicits.readers.mtl.lines_of", lines)
+    (tmp_path / "d").mkdir()
+    (tmp_path / "a.mtl").write_text("newmtl a\n")
+    (tmp_path / "a.obj").write_text(f"mtllib a.mtl\nmtllib d/../a.mtl\n{TRIANGLE}f 1 2 3\n")
+    read_shape(tmp_path / "a.obj")
+    lines.assert_called_once()
