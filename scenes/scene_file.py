@@ -25,8 +25,10 @@ from ..model.scene import (
     Group,
     Node,
     Shape,
+    check_formulas,
     color,
     expression,
+    extent,
     group,
     placed,
     renumbered,
@@ -101,6 +103,7 @@ class _Reader:
         self._texts: dict[Path, tuple[str, dict[str, Any], str]] = {}
         """Path of a scene -> its text, its values, and the hash of the file."""
         self._shapes = 0
+        self._formulas = 0
 
     def scene(self, path: Path, outer: list[Path]) -> SceneFile:
         """Read one file. outer: resolved paths of the outer scenes."""
@@ -128,6 +131,8 @@ class _Reader:
         ground = _ground(values["ground"]) if "ground" in values else None
         if ground is not None and len(outer) > 1:
             raise UserError("ground: only the outermost scene has one")
+        self._formulas += extent(values)[1]
+        check_formulas(self._formulas, "parts")
         root = self._group(values, "", path, outer)
         front = (float(values["front"][0]), float(values["front"][1])) if "front" in values else None
         name, credit = texts["name"] or path.stem, texts["credit"]

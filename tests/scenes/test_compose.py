@@ -17,8 +17,9 @@ from mplicits.field.run import run
 from mplicits.ir.at_time import at_time
 from mplicits.ir.lower import lower
 from mplicits.model.errors import UserError
+from mplicits.model.expression_reader import read
 from mplicits.model.model_file import load, save, to_bytes
-from mplicits.model.scene import Disc, shapes_of
+from mplicits.model.scene import Disc, from_json, shapes_of
 from mplicits.scenes.toml_lines import line_of
 from oracles.march import march
 from support.paths import ROOT
@@ -352,3 +353,22 @@ def test_an_inner_scene_is_parsed_once(tmp_path: Path) -> None:
     assert root is not None
     assert sum(1 for _ in shapes_of(root)) == 60
     assert process_time() - began < 3
+
+
+def test_many_formulas_and_shapes_are_refused_before_they_are_read(tmp_path: Path) -> None:
+    formula = "t" + " / (t * 1e4 - t * 1e4 + 9)" * 4
+    began = process_time()
+    with pytest.raises(UserError, match="parts: more than 10,000 characters of formulas"):
+        composed(tmp_path, f"{PART}angle = '{formula}'\n" * 200)
+    parts = [{"model": 0, "angle": f"t * {k}"} for k in range(20_000)]
+    with pytest.raises(UserError, match="scene: more than 64 shapes"):
+        from_json({"parts": parts}, 1)
+    parts = [{"model": 0, "angle": formula, "scale": formula, "time": formula} for _ in range(64)]
+    with pytest.raises(UserError, match="scene: more than 10,000 characters of formulas"):
+        from_json({"parts": parts}, 1)
+    assert process_time() - began < 3
+
+
+def test_a_division_in_doubt_everywhere_is_refused() -> None:
+    with pytest.raises(UserError, match="divides by zero"):
+        read("1 / (t*1e6 - t*1e6 + t - 0.9)")
