@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..model.errors import UserError
 from ..model.files import reason_of, regular, show, silent_library
-from ..model.image_file import opened_image
+from ..model.image_file import load_pixels, opened_image
 from ..model.memory import check_memory
 from .cloud import Doubles
 
@@ -110,6 +110,7 @@ def _read_image(path: Path) -> NDArray[Any]:
         raise UserError("a picture of 16 bits with colors or opacity; save it as gray of 16 bits")
     with opened_image(path) as opened:
         check_size(opened.size[::-1])
+        load_pixels(opened)
         values = np.asarray(opened.convert("RGB") if opened.mode == "P" else opened)  # a palette's numbers say nothing
     if values.dtype == np.bool_:
         raise UserError("a black and white picture; a depth map has many depths")

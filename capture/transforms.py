@@ -36,6 +36,13 @@ OPENCV_AXES = np.diag([1.0, -1.0, -1.0, 1.0])
 DISTORTIONS = ("k1", "k2", "k3", "k4", "p1", "p2")
 """Names of lens distortions."""
 STRAIGHT = 1e-4  # smaller distortions are ignored without a warning
+MOST_DISTORTIONS = 32
+"""Most numbers of `distortion_params`, which all frames share."""
+CAMERA = {
+    *("camera_model", "camera_type", "is_fisheye", "w", "h", "fl_x", "fl_y", "cx", "cy", "camera_angle_x"),
+    *("intrinsic_matrix", "distortion_params", *DISTORTIONS),
+}
+"""Keys of a camera, in a frame or at the top."""
 
 
 def find_in_transforms(root: Folder, path: Path, sphere: Doubles | None, up: str | None) -> Layout:
@@ -50,6 +57,7 @@ def find_in_transforms(root: Folder, path: Path, sphere: Doubles | None, up: str
     turned = content.get("from_na") is True and _look_away(content["frames"], show(path))
     files, eyes, axes, reach = [], [], [], []
     warnings: list[str] = []
+    shared = {key: content[key] for key in CAMERA & content.keys()}
     for i, frame in enumerate(content["frames"]):
         label = f"{show(path)}, frame {i}"
         if not isinstance(frame, dict) or not isinstance(frame.get("file_path"), str):
@@ -57,8 +65,7 @@ def find_in_transforms(root: Folder, path: Path, sphere: Doubles | None, up: str
         image = _picture(root, frame["file_path"], label)
         size = size_of(image)
         pose = _pose(frame, label) @ (OPENCV_AXES if turned else np.eye(4))
-        values = {key: value for key, value in content.items() if key != "frames"} | frame
-        camera, distorted = _camera(values, size, label)
+        camera, distorted = _camera(shared | {key: frame[key] for key in CAMERA & frame.keys()}, size, label)
         if distorted and not warnings:
             warnings.append(f"{label}: its lens distortion is ignored; undistort the pictures if it is large")
         intrinsics = np.array([[camera.fx, 0, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1.0]])
@@ -132,13 +139,14 @@ def _camera(values: Mapping[str, Any], size: tuple[int, int], label: str) -> tup
             fx = float(values["fl_x"])
             fy = float(values.get("fl_y", fx))
         elif isinstance(values.get("intrinsic_matrix"), list):  # NeuS2
-            matrix = np.array(values["intrinsic_matrix"], np.float64)
+            matrix = np.array([row[:4] for row in values["intrinsic_matrix"][:4]], np.float64)
             fx, fy = float(matrix[0, 0]), float(matrix[1, 1])
             values = {"cx": matrix[0, 2], "cy": matrix[1, 2]} | dict(values)
         else:
             fx = fy = w / 2 / math.tan(float(values["camera_angle_x"]) / 2)
         cx, cy = float(values.get("cx", w / 2)), float(values.get("cy", h / 2))
-        lens = [values.get(key, 0) for key in DISTORTIONS] + list(values.get("distortion_params") or ())
+        lens = [values.get(key, 0) for key in DISTORTIONS]
+        lens += list(values.get("distortion_params") or ())[:MOST_DISTORTIONS]
         distorted = any(abs(float(number)) > STRAIGHT for number in lens)
     except (KeyError, TypeError, ValueError, ArithmeticError, IndexError):
         raise UserError(f"{label}: no camera; fl_x, fl_y, cx, cy or camera_angle_x are needed") from None

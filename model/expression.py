@@ -2,7 +2,7 @@
 
 import math
 import operator
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -77,31 +77,26 @@ class Expression:
         bounds exceed `LARGEST`.
         """
         edges = np.linspace(0, 1, CELLS + 1)
-        times = edges[:-1], edges[1:]
-        for part in self._all():
-            if part.kind == "/":
-                part._check_division(times)
-            part._check_float32(times)
         with np.errstate(all="ignore"):
-            low, high = self._range(times)
+            low, high = self._checked_range((edges[:-1], edges[1:]))
         least, most = float(low.min()), float(high.max())
         if not (least >= -LARGEST and most <= LARGEST):
             raise UserError(f"{show(str(self))} is larger than {LARGEST:,.0f} at some t of [0, 1]")
         return least, most
 
-    def _all(self) -> "Iterator[Expression]":
-        """Yield the expression and those in it, innermost first."""
-        for operand in self.operands:
-            yield from operand._all()
-        yield self
+    def _checked_range(self, times: Range) -> Range:
+        """Bound the values as `_range`, and check this expression and those in it, innermost first; each once.
 
-    def _check_float32(self, times: Range) -> None:
-        """Raise UserError if float32 cannot say the values at these times: they are too large, or all but zero."""
-        with np.errstate(all="ignore"):
-            low, high = self._range(times)
+        Raises UserError where float32 cannot say the values at these times: they are too large, or all but zero.
+        """
+        ranges = [operand._checked_range(times) for operand in self.operands]
+        if self.kind == "/":
+            self._check_division(times)
+        low, high = self._of_ranges(ranges, times)
         size = float(np.maximum(np.abs(low), np.abs(high)).max())
         if not (size == 0 or TINY <= size <= HUGE):
             raise UserError(f"{show(str(self))} is too {'small' if size < TINY else 'large'} for 32 bits")
+        return low, high
 
     def _check_division(self, times: Range) -> None:
         """Raise UserError if the denominator may be zero at one of the times."""
@@ -112,19 +107,22 @@ class Expression:
             doubtful = np.flatnonzero(~((low >= TINY) | (high <= -TINY)))
             if not len(doubtful):
                 return
-            start, end = times[0][doubtful[:CELLS]], times[1][doubtful[:CELLS]]
-            if depth == DEPTH - 1:
+            start, end = times[0][doubtful], times[1][doubtful]
+            if depth == DEPTH - 1 or len(doubtful) > CELLS:
                 raise UserError(f"{show(str(denominator))} divides by zero at t = {(start[0] + end[0]) / 2:.4g}")
             cuts = start[:, None] + (end - start)[:, None] * np.linspace(0, 1, REFINED + 1)
             times = cuts[:, :-1].ravel(), cuts[:, 1:].ravel()
 
     def _range(self, times: Range) -> Range:
         """Bound the values in each interval of time."""
+        return self._of_ranges([operand._range(times) for operand in self.operands], times)
+
+    def _of_ranges(self, ranges: list[Range], times: Range) -> Range:
+        """Bound the values in each interval of time by the ranges of the operands."""
         if self.kind == "number":
             return np.full_like(times[0], self.value), np.full_like(times[0], self.value)
         if self.kind == "t":
             return times
-        ranges = [operand._range(times) for operand in self.operands]
         return _power(ranges[0], self.value) if self.kind == "**" else RANGES[self.kind](*ranges)
 
 

@@ -1,6 +1,7 @@
 """Reads the image files that a user names, and writes PNG."""
 
 import io
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
@@ -8,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import UserError
-from .files import note_input, reason_of, regular, show
+from .files import note_input, reason_of, regular, show, silent_library
 from .kinds import MARK
 from .memory import check_claim, check_memory
 
@@ -19,8 +20,16 @@ if TYPE_CHECKING:
 BYTES = 24
 """Memory that a pixel of an image takes, as bytes and as converted copies."""
 
-DECODED = ("AVIF", "BMP", "DDS", "GIF", "ICO", "JPEG", "JPEG2000", "MPO", "PNG", "PPM", "TGA", "TIFF", "WEBP")
-"""Formats that Pillow decodes itself. It would start other programs for some others, such as Ghostscript for EPS."""
+DECODED = ("AVIF", "BMP", "DDS", "GIF", "JPEG", "JPEG2000", "MPO", "PNG", "PPM", "TGA", "TIFF", "WEBP")
+"""Formats that Pillow decodes itself. It would start other programs for some others, such as Ghostscript for EPS.
+
+Not ICO, whose pixels it decodes before its size is known."""
+MOST_SCANS = 64
+"""Most scans of a JPEG: programs write ten, but a short file may have thousands, each as long as a picture takes."""
+MARKER = re.compile(rb"\xff([\x01-\xcf\xd8-\xfe])")
+"""Of a part of a JPEG; 0, D0 to D7 and FF are none, in its pixels."""
+END, SCAN, BARE = 0xD9, 0xDA, (0x01, 0xD8)
+"""Markers of a JPEG: its end, a scan, and others without a length."""
 
 
 def opened_image(source: "Path | BinaryIO") -> "Image":
@@ -29,6 +38,28 @@ def opened_image(source: "Path | BinaryIO") -> "Image":
 
     Image.init()
     return Image.open(source, formats=[name for name in DECODED if name in Image.OPEN])
+
+
+def load_pixels(image: "Image") -> None:
+    """Decode an image of `opened_image`, whose size is checked. Raises what Pillow does."""
+    file = getattr(image, "fp", None)
+    if image.format in ("JPEG", "MPO") and file is not None:
+        file.seek(0)
+        if _scans(file.read()) > MOST_SCANS:
+            raise ValueError("a JPEG of too many scans")
+    with silent_library():  # libtiff prints its warnings
+        image.load()
+
+
+def _scans(data: bytes) -> int:
+    """Count the scans of a JPEG, up to its end: what follows may be another picture, or a video."""
+    at, count = 0, 0
+    while (found := MARKER.search(data, at)) is not None and found[1][0] != END:
+        kind, at = found[1][0], found.end()
+        if kind not in BARE:
+            at += int.from_bytes(data[at : at + 2], "big")
+        count += kind == SCAN
+    return count
 
 
 def open_image(path: Path, option: str) -> "Image":
@@ -40,7 +71,7 @@ def open_image(path: Path, option: str) -> "Image":
         needed = BYTES * image.width * image.height
         check_claim(needed, f"{option} {show(path)}", path.stat().st_size)
         check_memory(needed, f"{option} {show(path)}", "shrink it")
-        image.load()
+        load_pixels(image)
         note_input(path)
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
         raise UserError(f"{option} {show(path)}: {reason_of(error, 'not a readable image')}") from None

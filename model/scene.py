@@ -24,6 +24,8 @@ MOST_NESTED = MOST_DEPTH + 2
 """The same in the file of a model, where groups place the scene in the unit sphere and join it with the ground."""
 SMALLEST_SCALE = 1e-7
 """Smallest scale of a node, and of a shape in the whole scene; float32 counts the largest as seven digits of it."""
+MOST_FORMULAS = 10_000
+"""Most characters of all formulas of a scene: to bound their values takes up to a quarter of a millisecond each."""
 PLACEMENT_KEYS = ("translate", "axis", "angle", "scale")
 """Keys of a placement, in the file of a scene and in the file of a model."""
 
@@ -145,10 +147,29 @@ def to_json(node: Node) -> dict[str, Any]:
 
 def from_json(value: Any, models: int) -> Node:
     """Read and check the tree in the file of a model. models: number of models. Raises UserError."""
-    node = _node(value, models, "scene", 0)
-    if sum(1 for _ in shapes_of(node)) > MOST_SHAPES:
+    leaves, formulas = extent(value)
+    if leaves > MOST_SHAPES:
         raise UserError(f"scene: more than {MOST_SHAPES} shapes")
-    return node
+    check_formulas(formulas, "scene")
+    return _node(value, models, "scene", 0)
+
+
+def extent(value: Any, depth: int = 0) -> tuple[int, int]:
+    """Count the leaves of a tree that is not checked, and the characters of its formulas."""
+    if not isinstance(value, dict) or depth > MOST_NESTED:
+        return 1, 0
+    texts = [value.get(key) for key in ("time", "radius", "angle", "scale")]
+    moved, parts = value.get("translate"), value.get("parts")
+    texts += moved[:3] if isinstance(moved, list) else []
+    inner = [extent(part, depth + 1) for part in parts] if isinstance(parts, list) else []
+    leaves = sum(count for count, _ in inner) if inner else 1
+    return leaves, sum(len(text) for text in texts if isinstance(text, str)) + sum(size for _, size in inner)
+
+
+def check_formulas(size: int, where: str) -> None:
+    """Raise UserError for more characters than `MOST_FORMULAS`."""
+    if size > MOST_FORMULAS:
+        raise UserError(f"{where}: more than {MOST_FORMULAS:,} characters of formulas")
 
 
 def check_tree(root: Node, models: int) -> None:

@@ -47,15 +47,15 @@ class Child:
     def call(self, decode: Decoder, packages: Sequence[str], size: int, **arguments: Any) -> Arrays:
         """Return decode(**arguments), made in the process.
 
-        packages: what is imported there before the limits hold. size: bytes that are decoded. Memory and time of all
-        calls are limited in proportion to it, and what they return to half of that memory. Raises ModuleNotFoundError
+        packages: what is imported there before the limits hold. size: bytes of the file. Memory and time of all calls
+        are limited in proportion to it, and what they return to half of that memory. Raises ModuleNotFoundError
         for a missing package, ValueError for what the decoder raises, and UserError for its UserError, for a crash, and
         beyond the limits.
         """
         for name in packages:
             if find_spec(name) is None:
                 raise ModuleNotFoundError(f"No module named {name!r}", name=name)
-        self._size += size
+        self._size = max(self._size, size)
         memory, seconds = allowed(self._size), SECONDS + SECONDS_A_BYTE * self._size
         arrays = {name: value for name, value in arguments.items() if isinstance(value, np.ndarray)}
         head = {

@@ -1,6 +1,8 @@
 """The memory that one file claims by numbers in it: sizes of images, counts, instances, uses of one buffer."""
 
-from dataclasses import dataclass
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
 
 from ..model.memory import check_claim
 
@@ -12,6 +14,17 @@ class Claims:
     at_hand: int
     """Bytes that were read: of the file, and of the files that it names."""
     taken: float = 0
+    _read: set[tuple[int, int]] = field(default_factory=set)
+    """Files that were read, by their numbers in the system."""
+
+    def read(self, path: Path) -> bytes:
+        """Return the bytes of a file that the file names. It is at hand once, by whatever names. Raises OSError."""
+        with path.open("rb") as file:
+            status, data = os.fstat(file.fileno()), file.read()
+        if (status.st_dev, status.st_ino) not in self._read:
+            self._read.add((status.st_dev, status.st_ino))
+            self.at_hand += len(data)
+        return data
 
     def take(self, claimed: float, what: str, meanwhile: float = 0) -> None:
         """Count memory before it is allocated. Raises UserError where the sum is more than is allowed for the bytes.

@@ -20,7 +20,7 @@ from .gltf_accessors import ARRAYS
 from .gltf_file import DAMAGED, Gltf, open_gltf
 from .gltf_materials import Painted
 from .gltf_nodes import MOST_PLACES, Placed, placed_meshes
-from .gltf_primitives import Primitive, Primitives
+from .gltf_primitives import Primitive, Primitives, Weights
 from .images import Missing, users_picture
 from .paint import Material, Paint, joined_paint
 from .values import CornerValues, Doubles, Integers, joined
@@ -128,14 +128,14 @@ def _parts(gltf: Gltf, places: list[Placed]) -> list[Part]:
         seen.add(place.mesh)
         if count > MOST_PLACES:
             raise UserError(f"more than {MOST_PLACES:,} instances of primitives; keep fewer")
-    parts = []
+    parts, own = [], {mesh: tuple(map(float, gltf.item("meshes", mesh).get("weights", []))) for mesh in seen}
     for place in places:
-        weights = place.weights or tuple(map(float, gltf.item("meshes", place.mesh).get("weights", [])))
+        weights = place.weights or own[place.mesh]
         parts += [_part(primitive, place, weights) for primitive in primitives.of_mesh(place.mesh)]
     return parts
 
 
-def _part(primitive: Primitive, place: Placed, weights: Sequence[float]) -> Part:
+def _part(primitive: Primitive, place: Placed, weights: Weights) -> Part:
     """Move a primitive into the scene. weights: of its morph targets. Raises UserError."""
     points, normals = _moved(*primitive.morphed(weights), place, primitive.arrays)
     faces = primitive.faces

@@ -113,6 +113,6 @@ def _meshopt(gltf: Gltf, compressed: dict[str, Any]) -> bytes:
     data = np.frombuffer(_slice(gltf, compressed), np.uint8)
     try:
         with needing(MESHOPT[0]):
-            return decompressed(child_of(gltf), data, compressed)
+            return decompressed(child_of(gltf), gltf.claims.at_hand, data, compressed)
     except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise UserError(f"{DAMAGED} (its meshopt data: {show(str(error))[:60]})") from None

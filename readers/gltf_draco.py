@@ -27,7 +27,7 @@ def decompressed(
     try:
         with needing("KHR_draco_mesh_compression"):
             numbers = sorted(set(names.values()))
-            decoded = child_of(gltf).call(decoded_mesh, ("DracoPy",), len(data), data=data, numbers=numbers)
+            decoded = child_of(gltf).call(decoded_mesh, ("DracoPy",), gltf.claims.at_hand, data=data, numbers=numbers)
     except ValueError as error:
         raise UserError(f"{DAMAGED} (its Draco data: {show(str(error))[:60]})") from None
     found = {}

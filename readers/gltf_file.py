@@ -84,10 +84,10 @@ class Gltf:
         if uri not in self.files:
             path = self.folder.file(urllib.parse.unquote(uri))
             try:
-                self.files[uri] = path.read_bytes()
+                self.files[uri] = self.claims.read(path)
             except OSError:
                 raise UnresolvedError(uri, MISSING) from None
-            self.claims.at_hand += len(self.files[uri])
+            self.claims.take(len(self.files[uri]), "its files")
         return self.files[uri]
 
 

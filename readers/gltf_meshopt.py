@@ -28,8 +28,8 @@ STRIDES = {
 MOST = 1 << 28  # most bytes of a view
 
 
-def decompressed(child: Child, data: NDArray[np.uint8], described: dict[str, Any]) -> bytes:
-    """Return a view's bytes. described: the extension's object.
+def decompressed(child: Child, size: int, data: NDArray[np.uint8], described: dict[str, Any]) -> bytes:
+    """Return a view's bytes. size: of the file. described: the extension's object.
 
     Raises KeyError, TypeError and ValueError for what the extension forbids and the decoder refuses, UserError where it
     crashes, and ModuleNotFoundError without meshoptimizer.
@@ -38,7 +38,7 @@ def decompressed(child: Child, data: NDArray[np.uint8], described: dict[str, Any
     mode, transform = described["mode"], described.get("filter", "NONE")
     check(count, stride, mode, transform, data[:1].tobytes())
     arguments = {"count": count, "stride": stride, "mode": mode, "transform": transform}
-    found = child.call(decoded, ("meshoptimizer",), len(data), data=data, **arguments)
+    found = child.call(decoded, ("meshoptimizer",), size, data=data, **arguments)
     return found["bytes"].tobytes()
 
 

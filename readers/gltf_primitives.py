@@ -1,7 +1,7 @@
 """Reads the primitives of glTF meshes: attributes, triangles, morph targets; each once, for all of its nodes."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
 
@@ -18,6 +18,10 @@ from .values import Doubles, Integers
 
 POINTS, TRIANGLES, STRIP, FAN = 0, 4, 5, 6
 
+Weights = tuple[float, ...]
+Moved = tuple[Doubles, Doubles | None]
+"""Points and normals (V, 3)."""
+
 
 @dataclass(frozen=True, eq=False)
 class Primitive:
@@ -32,18 +36,27 @@ class Primitive:
     painted: Painted
     target: Callable[[int, str], Doubles | None]
     """Returns what a morph target, by its number, adds to an attribute (V, 3)."""
+    targets: int = 0
+    """How many morph targets it has."""
+    _morphed: dict[int, tuple[Weights, Moved]] = field(default_factory=dict, repr=False)
+    """By the identity of the weights, which all instances of a node share: to compare them would take as long."""
 
     @property
     def numbers(self) -> int:
         """How many numbers a place of it takes."""
         return self.faces.size + sum(array.size for array in self.arrays.values())
 
-    def morphed(self, weights: Sequence[float]) -> tuple[Doubles, Doubles | None]:
-        """Return points and normals (V, 3) with the weights of the morph targets."""
+    def morphed(self, weights: Weights) -> Moved:
+        """Return points and normals (V, 3) with the weights of the morph targets; for one object of weights, once."""
+        if id(weights) not in self._morphed:
+            self._morphed[id(weights)] = weights, self._with(weights)
+        return self._morphed[id(weights)][1]
+
+    def _with(self, weights: Weights) -> Moved:
         found: list[Doubles | None] = []
         for name in ("POSITION", "NORMAL"):
             values = self.arrays.get(name)
-            for number, weight in enumerate(weights):
+            for number, weight in enumerate(weights[: self.targets]):
                 if weight and values is not None and (moved := self.target(number, name)) is not None:
                     values = values + weight * moved
             found.append(values)
@@ -91,14 +104,14 @@ class Primitives:
 
         @cache
         def target(number: int, name: str) -> Doubles | None:
-            if number >= len(targets) or name not in targets[number]:
+            if name not in targets[number]:
                 return None
             values = doubles(self._gltf, targets[number][name], 3)
             if len(values) != count:
                 raise UserError(f"{DAMAGED} (a morph target has {len(values)} of {count} vertices)")
             return values
 
-        return Primitive(arrays, faces, uv, painted, target)
+        return Primitive(arrays, faces, uv, painted, target, len(targets))
 
 
 def _arrays(

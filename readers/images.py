@@ -11,7 +11,7 @@ from PIL import Image
 
 from ..model.errors import UserError
 from ..model.files import show
-from ..model.image_file import open_image, opened_image
+from ..model.image_file import load_pixels, open_image, opened_image
 from ..model.references import MISSING, UnresolvedError
 from .claims import Claims
 from .named_files import NamedFiles
@@ -58,10 +58,9 @@ class Images:
         path = files.file(name)
         if path not in self._pixels:
             try:
-                data = path.read_bytes()
+                data = self._claims.read(path)
             except OSError:
                 raise UnresolvedError(name, MISSING) from None
-            self._claims.at_hand += len(data)
             picture = self.decoded(data)
             self._pixels[path] = None if picture is None else picture.pixels
         if (pixels := self._pixels[path]) is None:
@@ -82,7 +81,7 @@ class Images:
                 width, height = opened.size
                 size = width * height
                 self._claims.take(KEPT * size, f"an image of {width:,} x {height:,} pixels", DECODING * size)
-                opened.load()
+                load_pixels(opened)
                 return picture_of(opened).pixels
         except UNREADABLE:
             return None

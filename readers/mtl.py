@@ -1,5 +1,6 @@
 """Reads the materials of OBJ files: MTL files with colors and images."""
 
+import os
 import re
 import shlex
 from collections.abc import Iterable, Iterator
@@ -67,8 +68,8 @@ def read_materials(files: NamedFiles, libraries: Iterable[str]) -> tuple[dict[st
                 paths.append(files.file(name))
             except UnresolvedError as error:
                 missing.append(error)
-    for path in dict.fromkeys(paths):
-        _read(path, materials)
+    for place in dict.fromkeys(map(os.path.realpath, paths)):
+        _read(Path(place), materials)
     return materials, missing
 
 

@@ -5,8 +5,10 @@ import numpy as np
 from ..model.errors import UserError
 from .values import Doubles, Integers
 
-MOST_CORNERS = 1 << 15
-"""Most corners of a polygon that is not convex: the time to cut it grows with their square, to some seconds."""
+MOST_WORK = 1 << 41
+"""Largest sum of the cubes of the corners of polygons that are not convex: a spiral takes that time, here some seconds.
+
+One polygon may have 13,000 corners."""
 
 
 def triangulated(vertices: Doubles, sizes: Integers, corners: Integers) -> tuple[Integers, Integers]:
@@ -14,8 +16,9 @@ def triangulated(vertices: Doubles, sizes: Integers, corners: Integers) -> tuple
 
     vertices: (V, 3). sizes: (P,), corners of each polygon. corners: (sum of sizes,), indices of vertices. Returns the
     triangles (F, 3), as places in `corners`, and the polygon (F,) of each. Polygons of fewer than three corners vanish.
-    Raises UserError for too large ones.
+    Raises UserError where that takes too long.
     """
+    work = 0
     starts = np.cumsum(sizes) - sizes
     triangles, owners = [], []
     by_size = np.argsort(sizes, kind="stable")
@@ -27,7 +30,11 @@ def triangulated(vertices: Doubles, sizes: Integers, corners: Integers) -> tuple
         fan = np.stack((np.zeros(size - 2, np.int64), np.arange(1, size - 1), np.arange(2, size)), axis=1)
         cut = places[:, fan]
         if size > 3:
-            for row in np.flatnonzero(_concave(vertices[corners[places]])):
+            concave = np.flatnonzero(_concave(vertices[corners[places]]))
+            work += len(concave) * size**3
+            if work > MOST_WORK:
+                raise UserError(f"polygons of up to {size:,} corners that are not convex; triangulate the mesh")
+            for row in concave:
                 cut[row] = places[row][_ears(vertices[corners[places[row]]], fan)]
         triangles.append(cut.reshape(-1, 3))
         owners.append(np.repeat(which, size - 2))
@@ -53,14 +60,9 @@ def _concave(polygons: Doubles) -> np.typing.NDArray[np.bool_]:
 
 
 def _ears(polygon: Doubles, fan: Integers) -> Integers:
-    """Cut one polygon (N, 3) by its ears; the fan, where it crosses itself. Returns triangles (N - 2, 3).
-
-    Raises UserError for more than `MOST_CORNERS`.
-    """
+    """Cut one polygon (N, 3) by its ears; the fan, where it crosses itself. Returns triangles (N - 2, 3)."""
     from mapbox_earcut import triangulate_float64
 
-    if len(polygon) > MOST_CORNERS:
-        raise UserError(f"a polygon of {len(polygon):,} corners that is not convex; triangulate the mesh")
     normal = _normals(polygon[None])[0]
     axis = int(np.abs(normal).argmax())
     flat = np.delete(polygon - polygon[0], axis, axis=1)

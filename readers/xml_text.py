@@ -9,12 +9,15 @@ KNOWN = re.compile(rb"(?i)utf-?(8|16|32)(le|be)?|utf-?(16|32)-?(le|be)|(us-)?asc
 """Encodings in which markup is bytes of ASCII, once the zeros of wide characters are gone."""
 MARKS = (b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff")
 DECLARATION = re.compile(rb"<!(?i:doctype|entity)")
+SCHEMA = re.compile(rb"(?i:schemalocation)")
+"""End of the names of attributes that name a schema, which a parser that validates fetches."""
 
 
-def refuse_entities(xml: bytes) -> None:
+def refuse_entities(xml: bytes, *, schemas: bool = True) -> None:
     """Raise UserError for XML with a document type or an entity, or in an encoding that could hide one.
 
     No format of shapes has them. All text counts, comments too: parsers need not agree on where a comment ends.
+    schemas: whether it may name the places of schemas, which is harmless where its parser does not validate.
     """
     text = xml.replace(b"\0", b"") if b"\0" in xml else xml
     for mark in MARKS:
@@ -28,3 +31,5 @@ def refuse_entities(xml: bytes) -> None:
             raise UserError("its XML is in an unknown encoding; UTF-8 is needed")
     if found := DECLARATION.search(text):
         raise UserError(f"its XML has a {found[0].decode().upper()}, which may name other files; write it without")
+    if not schemas and SCHEMA.search(text):
+        raise UserError("its XML has a schemaLocation, which may name other files; write it without")

@@ -25,8 +25,10 @@ from ..model.scene import (
     Group,
     Node,
     Shape,
+    check_formulas,
     color,
     expression,
+    extent,
     group,
     placed,
     renumbered,
@@ -46,6 +48,9 @@ GROUND_COLOR = (0.72, 0.70, 0.66)
 """Default color of the ground, sRGB."""
 LARGEST_FILE = 1_000_000
 """Largest size of the file, bytes."""
+MOST_WORK = 50_000_000
+"""Largest product of the dots in a line, and of all dots and lines: the parser takes some seconds for it, because it
+walks down a key `a.a.a`, or the header above, for each of their parts and of the lines."""
 
 
 @dataclass(frozen=True)
@@ -95,19 +100,20 @@ class _Reader:
         """Path of a model -> index of the model, or of its first shape if it is a scene."""
         self._scenes: dict[Path, Model] = {}
         self._files: list[Path] = []
+        self._texts: dict[Path, tuple[str, dict[str, Any], str]] = {}
+        """Path of a scene -> its text, its values, and the hash of the file."""
         self._shapes = 0
+        self._formulas = 0
 
     def scene(self, path: Path, outer: list[Path]) -> SceneFile:
         """Read one file. outer: resolved paths of the outer scenes."""
-        data = _bytes(path)
-        self._files.append(path)
+        place = path.resolve()
+        if place not in self._texts:
+            self._texts[place] = _parsed(path)
+            self._files.append(path)
+        text, values, sha256 = self._texts[place]
         try:
-            text = data.decode()
-            values = tomllib.loads(text)
-        except (ValueError, RecursionError) as error:
-            raise UserError(f"{show(path)}: not TOML ({show(str(error))[:100]})") from None
-        try:
-            return self._scene(path, values, [*outer, path.resolve()], hashlib.sha256(data).hexdigest())
+            return self._scene(path, values, [*outer, place], sha256)
         except _InnerError as error:
             raise error.inner from None
         except UserError as error:
@@ -125,6 +131,8 @@ class _Reader:
         ground = _ground(values["ground"]) if "ground" in values else None
         if ground is not None and len(outer) > 1:
             raise UserError("ground: only the outermost scene has one")
+        self._formulas += extent(values)[1]
+        check_formulas(self._formulas, "parts")
         root = self._group(values, "", path, outer)
         front = (float(values["front"][0]), float(values["front"][1])) if "front" in values else None
         name, credit = texts["name"] or path.stem, texts["credit"]
@@ -198,6 +206,19 @@ class _InnerError(UserError):
     def __init__(self, inner: UserError) -> None:
         super().__init__(str(inner))
         self.inner = inner
+
+
+def _parsed(path: Path) -> tuple[str, dict[str, Any], str]:
+    """Return the text of a scene, its values, and the hash of the file. Raises UserError."""
+    data = _bytes(path)
+    dots = [line.count(b".") for line in data.split(b"\n")]
+    if max(dots) * (sum(dots) + len(dots)) > MOST_WORK:
+        raise UserError(f"{show(path)}: a line with {max(dots):,} dots; write shorter lines")
+    try:
+        text = data.decode()
+        return text, tomllib.loads(text), hashlib.sha256(data).hexdigest()
+    except (ValueError, RecursionError) as error:
+        raise UserError(f"{show(path)}: not TOML ({show(str(error))[:100]})") from None
 
 
 def _bytes(path: Path) -> bytes:

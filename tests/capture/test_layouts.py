@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from time import process_time
 
 import numpy as np
 import pytest
@@ -108,3 +109,19 @@ def test_neus2_s_cameras_may_have_y_down(tmp_path: Path) -> None:
     path.write_text(json.dumps(content | {"from_na": True}))
     found, _ = read_photographs(tmp_path / "t")
     assert agreement(found) == pytest.approx(1, abs=0.01)
+
+
+def test_long_lists_of_a_camera_that_frames_share_are_not_read_for_each_frame(tmp_path: Path) -> None:
+    write_transforms_layout(tmp_path / "s", COUNT, SIZE)
+    path = tmp_path / "s" / "transforms.json"
+    content = json.loads(path.read_text())
+    content["frames"] *= 60
+    path.write_text(json.dumps(content))
+    began = process_time()
+    read_photographs(path.parent)
+    took = process_time() - began
+    content |= {"distortion_params": [0] * 100_000, **dict.fromkeys(map(str, range(60_000)), 1)}
+    path.write_text(json.dumps(content))
+    began = process_time()
+    read_photographs(path.parent)
+    assert process_time() - began < 2 * took + 1  # twelve seconds more

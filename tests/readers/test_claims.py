@@ -1,20 +1,25 @@
 """Small files that claim much: refused before the memory is taken, and what is named often is read once."""
 
 import io
+import time
 import zlib
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 from PIL import Image
 
+from mplicits.model import memory
 from mplicits.model.errors import UserError
 from mplicits.model.image_file import open_image
+from mplicits.readers.claims import Claims
 from mplicits.readers.content import Mesh
-from mplicits.readers.polygons import MOST_CORNERS, triangulated
+from mplicits.readers.gltf_file import open_gltf
+from mplicits.readers.polygons import MOST_WORK, triangulated
 from mplicits.readers.read import read_shape
-from support.growing_files import TRIANGLE, gltf, materials, png, polygon
+from support.growing_files import TRIANGLE, gltf, materials, png, polygon, weights
 
 LIMIT = r"would take .* GB of memory; 2\.\d+ GB are allowed"
 
@@ -114,11 +119,12 @@ def test_a_large_polygon_that_crosses_itself_is_a_fan() -> None:
     assert triangles.tolist() == [[0, k, k + 1] for k in range(1, 1499)]
 
 
-def test_a_polygon_that_would_take_minutes_is_refused() -> None:
-    count = MOST_CORNERS + 1
+@pytest.mark.parametrize("polygons", [1, 1000])
+def test_polygons_that_would_take_minutes_are_refused(polygons: int) -> None:
+    count = round((MOST_WORK / polygons) ** (1 / 3)) + 1
     points = np.random.default_rng(0).random((count, 3)) * (1, 1, 0)
-    with pytest.raises(UserError, match="a polygon of 32,769 corners that is not convex; triangulate the mesh"):
-        triangulated(points, np.array([count]), np.arange(count))
+    with pytest.raises(UserError, match=f"polygons of up to {count:,} corners that are not convex; triangulate"):
+        triangulated(points, np.full(polygons, count), np.tile(np.arange(count), polygons))
 
 
 def test_no_image_starts_another_program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -132,3 +138,42 @@ def test_no_image_starts_another_program(tmp_path: Path, monkeypatch: pytest.Mon
     assert mesh.paint is None
     with pytest.raises(UserError, match="not a readable image"):
         open_image(tmp_path / "skin.eps", "--texture")
+
+
+def test_weights_of_morph_targets_are_applied_once_for_all_places(tmp_path: Path) -> None:
+    path, began = weights(tmp_path, 12_000), time.process_time()
+    read_shape(path)
+    assert time.process_time() - began < 5  # a minute for each weight in each place
+
+
+def test_a_file_is_at_hand_once_by_whatever_names(tmp_path: Path) -> None:
+    (tmp_path / "d").mkdir()
+    (tmp_path / "a").write_bytes(b"1234")
+    (tmp_path / "b").hardlink_to(tmp_path / "a")
+    (tmp_path / "c").write_bytes(b"56")
+    claims = Claims(10)
+    assert [claims.read(tmp_path / name) for name in ("a", "d/../a", "b")] == [b"1234"] * 3
+    assert claims.at_hand == 14
+    claims.read(tmp_path / "c")
+    assert claims.at_hand == 16
+
+
+def test_a_buffer_of_many_names_fills_no_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(memory, "BUDGET", 0)
+    monkeypatch.setattr(memory, "RATIO", 2)
+    (tmp_path / "d").mkdir()
+    (tmp_path / "a.bin").write_bytes(bytes(100_000))
+    buffers = [{"uri": "d/../" * k + "a.bin", "byteLength": 100_000} for k in range(5)]
+    opened = open_gltf(gltf(tmp_path / "a.gltf", {"buffers": buffers}))
+    with pytest.raises(UserError, match="its files would take"):
+        list(map(opened.buffer, range(5)))
+
+
+def test_a_long_library_of_many_names_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    lines = Mock(return_value=())
+    monkeypatch.setattr("mplicits.readers.mtl.lines_of", lines)
+    (tmp_path / "d").mkdir()
+    (tmp_path / "a.mtl").write_text("newmtl a\n")
+    (tmp_path / "a.obj").write_text(f"mtllib a.mtl\nmtllib d/../a.mtl\n{TRIANGLE}f 1 2 3\n")
+    read_shape(tmp_path / "a.obj")
+    lines.assert_called_once()

@@ -71,6 +71,18 @@ def test_e57_opens_no_connection_and_no_file(tmp_path: Path) -> None:
             server.accept()
 
 
+@pytest.mark.parametrize("name", ["schemaLocation", "noNamespaceSchemaLocation"])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
+def test_e57_names_no_schema(name: str, encoding: str, tmp_path: Path) -> None:
+    """Its library validates, and would fetch it: what else hinders it, Windows does not have."""
+    needs.package("pye57")
+    space = 'xmlns:a="http://www.w3.org/2001/XMLSchema-instance"'
+    xml = f'<?xml version="1.0" encoding="{encoding}"?><r {space} a:{name}="http://127.0.0.1/x"/>'.encode(encoding)
+    refuse_entities(xml)
+    with pytest.raises(UserError, match=r"a\.e57: its XML has a schemaLocation"):
+        read_shape(e57_file(tmp_path / "a.e57", xml))
+
+
 def test_the_xml_of_e57_is_read_across_pages(tmp_path: Path) -> None:
     xml = bytes(np.random.default_rng(0).integers(32, 127, 3000, np.uint8))
     assert e57.xml_part(e57_file(tmp_path / "a.e57", xml)) == xml

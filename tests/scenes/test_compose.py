@@ -17,8 +17,9 @@ from mplicits.field.run import run
 from mplicits.ir.at_time import at_time
 from mplicits.ir.lower import lower
 from mplicits.model.errors import UserError
+from mplicits.model.expression_reader import read
 from mplicits.model.model_file import load, save, to_bytes
-from mplicits.model.scene import Disc, shapes_of
+from mplicits.model.scene import Disc, from_json, shapes_of
 from mplicits.scenes.toml_lines import line_of
 from oracles.march import march
 from support.paths import ROOT
@@ -333,3 +334,41 @@ def test_a_model_elsewhere_needs_follow(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"outside of the folder; --follow reads it"):
         mplicits.compose(inside / "scene.toml")
     assert mplicits.compose(inside / "scene.toml", follow=True).model.scene is not None
+
+
+@pytest.mark.parametrize("text", ["a" + ".a" * 20_000 + " = 1\n", "[a" + ".a" * 2000 + "]\n" + "b = 1\n" * 100_000])
+def test_long_keys_are_refused_at_once(text: str, tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text(text)
+    began = process_time()
+    with pytest.raises(UserError, match=r"a line with 20?,000 dots; write shorter lines"):
+        mplicits.compose(tmp_path / "scene.toml")
+    assert process_time() - began < 1
+
+
+def test_an_inner_scene_is_parsed_once(tmp_path: Path) -> None:
+    (tmp_path / "inner.toml").write_text("#\n" * 100_000 + '[[parts]]\nmodel = "spot-small"\n')
+    (tmp_path / "scene.toml").write_text('[[parts]]\nmodel = "inner.toml"\n' * 60)
+    began = process_time()
+    root = mplicits.compose(tmp_path / "scene.toml").model.scene
+    assert root is not None
+    assert sum(1 for _ in shapes_of(root)) == 60
+    assert process_time() - began < 3
+
+
+def test_many_formulas_and_shapes_are_refused_before_they_are_read(tmp_path: Path) -> None:
+    formula = "t" + " / (t * 1e4 - t * 1e4 + 9)" * 4
+    began = process_time()
+    with pytest.raises(UserError, match="parts: more than 10,000 characters of formulas"):
+        composed(tmp_path, f"{PART}angle = '{formula}'\n" * 200)
+    parts = [{"model": 0, "angle": f"t * {k}"} for k in range(20_000)]
+    with pytest.raises(UserError, match="scene: more than 64 shapes"):
+        from_json({"parts": parts}, 1)
+    parts = [{"model": 0, "angle": formula, "scale": formula, "time": formula} for _ in range(64)]
+    with pytest.raises(UserError, match="scene: more than 10,000 characters of formulas"):
+        from_json({"parts": parts}, 1)
+    assert process_time() - began < 3
+
+
+def test_a_division_in_doubt_everywhere_is_refused() -> None:
+    with pytest.raises(UserError, match="divides by zero"):
+        read("1 / (t*1e6 - t*1e6 + t - 0.9)")

@@ -107,6 +107,14 @@ def nodes(folder: Path, count: int) -> Path:
     return gltf(folder / "nodes.gltf", {"nodes": [{"mesh": 0}] * count, "meshes": [{"primitives": [primitive] * 2}]})
 
 
+def weights(folder: Path, count: int) -> Path:
+    """A glTF of many nodes that share a mesh, and a mesh of many primitives; each with many weights."""
+    each, primitive = [1.0] * (count // 2), {"attributes": {"POSITION": 0}}
+    meshes = [{"weights": each, "primitives": [primitive]}, {"primitives": [primitive] * (count // 2)}]
+    nodes = [*[{"mesh": 0}] * (count // 2), {"mesh": 1, "weights": each}]
+    return gltf(folder / "weights.gltf", {"nodes": nodes, "meshes": meshes})
+
+
 def chain(folder: Path, count: int) -> Path:
     """A glTF of a skin whose joints are a chain of many nodes outside of the scene."""
     chained = [{"mesh": 0, "skin": 0}, *({"children": [k + 2]} for k in range(count)), {}]
@@ -134,11 +142,12 @@ FILES: dict[str, tuple[Callable[[Path, int], Path], int]] = {
     "blank lines": (blank_lines, 300_000),
     "libraries": (libraries, 20_000),
     "materials": (materials, 2_000),
-    "polygon": (polygon, 3_000),
+    "polygon": (polygon, 1_000),
     "polygon sizes": (polygon_sizes, 40_000),
     "strips": (strips, 40_000),
     "skins": (skins, 1_000),
     "nodes": (nodes, 1_000),
+    "weights": (weights, 2_000),
     "chain": (chain, 2_000),
     "uncolored": (uncolored, 1_000),
     "table": (table, 10_000),

@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 
 from mplicits.field.interpret import nested_field
 from mplicits.ir.lower import lower
+from mplicits.model import memory
 from mplicits.model.errors import UserError
 from mplicits.trainer.shapes.cloud import CloudShape
 from mplicits.trainer.shapes.duplicates import merge
@@ -230,3 +231,10 @@ def test_duplicating_every_point_keeps_the_model() -> None:
     inside = np.linalg.norm(query, axis=1) < 1
     assert np.abs(one - other)[inside].max() < 1e-3
     assert np.abs(one - (np.linalg.norm(query, axis=1) - 1))[inside].mean() < 0.03
+
+
+def test_a_cloud_that_does_not_fit_the_memory_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(memory, "free_memory", lambda: 3e7)
+    normals = unit(np.random.default_rng(0).normal(size=(1000, 3)))
+    with pytest.raises(UserError, match=r"ball: the winding number of .* points needs some 0\.03.* GB of memory"):
+        CloudShape(SurfacePoints(normals, normals, None), "ball", {})

@@ -1,6 +1,7 @@
 """Thickened open sheets, and distances to meshes of many faces."""
 
 from pathlib import Path
+from time import process_time
 
 import igl
 import numpy as np
@@ -111,3 +112,15 @@ def test_at_the_center_of_many_faces_the_tree_is_not_searched(monkeypatch: pytes
     found = many(radii[:, None] * (0.6, 0.0, 0.8))
     np.testing.assert_allclose(found, 1 - radii, atol=2e-3)
     assert 0.8 < min(searched) < 1 - mesh_distance.NEAR
+
+
+def test_a_mesh_that_crosses_itself_everywhere_is_refused_in_seconds(tmp_path: Path) -> None:
+    """A fan of thin triangles from corner to corner: what is inside would take minutes."""
+    k = np.arange(10_000)
+    points = np.stack((k / 1e4, np.where(k % 2, 1.0, 0.0), 0 * k), axis=1)
+    faces = np.stack((0 * k[2:], k[1:-1], k[2:]), axis=1)
+    trimesh.Trimesh(points, faces, process=False).export(tmp_path / "a.ply")
+    began = process_time()
+    with pytest.raises(UserError, match="the mesh encloses no volume"):
+        load_shape(str(tmp_path / "a.ply"))
+    assert process_time() - began < 15
