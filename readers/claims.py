@@ -4,7 +4,20 @@ import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ..model.errors import UserError
 from ..model.memory import check_claim
+
+A_POINT = 200
+"""Memory that a point of a cloud takes at least, as read and as converted."""
+FEW_POINTS, POINTS_A_BYTE = 100_000, 2
+"""Most points of a packed cloud: a number, and more for each byte of the file. Scans take a byte a point and more."""
+
+
+def check_points(count: int, size: int, record: float = 0) -> None:
+    """Check the number of points that a packed file of `size` bytes claims. record: bytes of each. Raises UserError."""
+    if count > FEW_POINTS + POINTS_A_BYTE * size:
+        raise UserError(f"it claims {count:,} points in {size:,} bytes; if it is not damaged, write it unpacked")
+    check_claim(count * (record + A_POINT), f"{count:,} points", size)
 
 
 @dataclass

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from ..model.errors import UserError
-from ..model.memory import check_claim
 from .child import in_child
 from .child_process import one_more_file
+from .claims import check_points
 from .clouds import finite_cloud
 from .content import Cloud, Facts
 from .frames import Arrays
@@ -19,7 +19,6 @@ from .xml_text import refuse_entities
 HEADER = struct.Struct("<8s8xQQQQ")
 """Signature, bytes of the file, place of the XML part, its length without checksums, bytes of a page."""
 PAGE, CHECKSUM = 1024, 4
-A_POINT = 200  # bytes of memory for a point
 DAMAGED = "not a readable E57 file"
 
 
@@ -75,8 +74,7 @@ def xml_part(path: Path) -> bytes:
 
 
 def _check_counts(counts: list[int], size: int) -> None:
-    """Check that the points of all scans take at least a bit each. Raises UserError."""
-    total = sum(counts)
-    if min(counts) < 0 or total > 8 * size:
-        raise UserError(f"{DAMAGED} (it claims {total:,} points in {size:,} bytes)")
-    check_claim(total * A_POINT, f"{total:,} points", size)
+    """Check what the scans claim. Raises UserError."""
+    if min(counts) < 0:
+        raise UserError(f"{DAMAGED} (it claims {min(counts):,} points)")
+    check_points(sum(counts), size)

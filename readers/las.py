@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from ..model.errors import UserError
-from ..model.memory import check_claim
 from .child import in_child
+from .claims import check_points
 from .clouds import finite_cloud
 from .content import Cloud, Facts
 from .frames import Arrays
@@ -18,7 +18,6 @@ HEADER = struct.Struct("<4s21xB68xHIIBHI")
 """Signature, minor version, size of the header, start of the points, records, format, bytes and number of points."""
 WIDE_COUNT = 247  # where version 1.4 has the number of points
 RECORD = 54  # least bytes of a record between header and points
-A_POINT = 120  # bytes of memory for a point, beside its record
 CUT = "not a readable LAS or LAZ file (it is cut off"
 
 
@@ -68,7 +67,7 @@ def check_las(path: Path) -> None:
         compressed = kind & 0x80
         if not compressed and points_at + count * record > size:
             raise UserError(f"{CUT}: it claims {count:,} points, and holds {(size - points_at) // max(record, 1):,})")
-        check_claim(count * (record + A_POINT), f"{count:,} points", size)
+        check_points(count, size, record)
         if compressed and count:
             _check_chunks(file, points_at, size)
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..model.errors import UserError
 from ..model.files import show
 from ..model.memory import check_claim
+from .claims import check_points
 from .clouds import content_of_arrays
 from .content import Cloud, Mesh
 from .zip_file import members
@@ -22,7 +23,10 @@ COPIES, DOUBLE = 3, 8  # of the arrays, until they are a shape, and bytes of wha
 def read_npz(path: Path, chosen: Sequence[str] | None = None) -> Cloud | Mesh:
     """Read named arrays. Raises UserError."""
     with zipfile.ZipFile(path) as archive:
-        return content_of_arrays(Members(archive, path.stat().st_size), chosen)
+        found = content_of_arrays(Members(archive, path.stat().st_size), chosen)
+    if isinstance(found, Cloud):
+        check_points(len(found.points), path.stat().st_size)
+    return found
 
 
 class Members(Mapping[str, NDArray[Any]]):

@@ -9,6 +9,7 @@ from ..model.errors import UserError
 from ..model.files import show
 from ..model.memory import check_claim
 from .child import in_child
+from .claims import check_points
 from .clouds import cloud_of_columns
 from .content import Cloud
 from .frames import Arrays
@@ -62,6 +63,7 @@ def _check_header(path: Path, library: Any) -> None:
             if packed > left - 8 or needed > unpacked:
                 raise UserError(f"{CUT}: it claims more points than it holds)")
             needed = unpacked
+            check_points(header.points, size)
         # A number of text takes a digit and a space.
         elif (needed if header.data.value == "binary" else 2 * columns * header.points - 1) > left:
             raise UserError(f"{CUT}: it claims more points than it holds)")

@@ -99,7 +99,7 @@ def test_an_e57_whose_xml_is_elsewhere_is_refused(tmp_path: Path, header: dict[s
 
 def test_points_of_e57_take_a_bit_each() -> None:
     e57._check_counts([8000, 0], 1000)
-    for counts, says in (([8001], "8,001 points in 1,000 bytes"), ([-1], "-1 points")):
+    for counts, says in (([102_001], "102,001 points in 1,000 bytes"), ([-1], "-1 points")):
         with pytest.raises(UserError, match=says):
             e57._check_counts(counts, 1000)
 
@@ -125,7 +125,7 @@ def test_headers_of_las_are_read_as_they_are_written(tmp_path: Path) -> None:
         ({"points": 2}, "claims 2 points, and holds 1"),
         ({"points": 0xFFFFFFFF}, "claims 4,294,967,295 points"),
         ({"records": 1}, "claims 1 records"),
-        ({"kind": 130, "points": 100_000_000}, "100,000,000 points would take 14.6 GB"),
+        ({"kind": 130, "points": 100_000_000}, "it claims 100,000,000 points in"),
         ({"kind": 130, "chunks": 0xFFFFFFFF}, "claims 4,294,967,295 chunks in 253 bytes"),
         ({"kind": 130, "table": 1 << 40}, "its table of chunks is not there"),
         ({"kind": 130, "table": -1}, "its table of chunks is not there"),

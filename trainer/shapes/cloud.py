@@ -7,7 +7,6 @@ import numpy as np
 from numpy.random import Generator
 from scipy.spatial import cKDTree
 
-from ...model.memory import check_memory
 from .checks import check_count, name_first
 from .cleaning import clean
 from .duplicates import merge
@@ -22,8 +21,8 @@ COARSE = 1e-4
 
 Each halving of a distance adds a level to its octree: a million points in close pairs would fill 25 GB.
 """
-BYTES = 32_000
-"""Memory that the winding number takes for each of these points, as measured with 50,000 and 200,000 on a sphere."""
+MOST_COARSE = 50_000
+"""Most of these points, each of which takes 32 kB: more are merged. Near them, the planes give the sign."""
 EVEN, EVEN_NEIGHBORS = 1.5, 64
 """In a noisy cloud, a point's spacing is at most this multiple of the median over this number of neighbors.
 
@@ -65,10 +64,10 @@ class CloudShape:
             self._near = NearestPoint(self._tree, self._evened(spacings))
         else:
             self._near = LocalPlanes(self._tree, self._training.normals, spacings)
-        coarse = merge(self._training, COARSE).surface
-        with name_first(name):
-            count = len(coarse.points)
-            check_memory(BYTES * count, f"the winding number of {count:,} points", "keep fewer points, or make a mesh")
+        coarse, apart = merge(self._training, COARSE).surface, COARSE
+        while len(coarse.points) > MOST_COARSE:
+            apart *= 1.5
+            coarse = merge(coarse, apart).surface
         indices, children, _, _ = igl.octree(coarse.points)
         weighted = coarse.points, coarse.normals, _areas(cKDTree(coarse.points)), indices, children
         self._winding = (*weighted, *igl.fast_winding_number_precompute(*weighted))

@@ -24,12 +24,12 @@ from .taken import Taken
 SHALLOW = 1e-3  # depth below the surface, model units, at which an open mesh is asked what it encloses
 ENCLOSED = 0.65  # least winding number of what an open mesh encloses; that of a flat sheet is 1/2
 LEAST_ENCLOSED = 0.25
+"""An open mesh of which a smaller share has something enclosed below it is a sheet: terrain, a leaf."""
 PATIENCE, FIRST = 1.5, 16
 """Seconds of the processor for all winding numbers of a check, and points of the first part.
 
 A mesh that crosses itself everywhere takes 0.1 microseconds for each face and point; others take 2 for a point.
 """
-"""An open mesh of which a smaller share has something enclosed below it is a sheet: terrain, a leaf."""
 
 
 class MeshShape:

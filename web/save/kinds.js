@@ -13,8 +13,6 @@ import {posterOf} from "./poster.js";
 import {tinyText} from "./tiny_export.js";
 
 // What a trained shape can be saved as.
-// Returns the model of a shape's result, with the shape's lowest point.
-export const modelOf = (shape, {bytes}) => ({...parseModel(bytes.buffer), ground: groundOf(shape)});
 
 // Returns kinds for showExports (exports.js). shape, result: see state.js; model: of modelOf(); video: returns a promise of
 // a WebM Blob.

@@ -2,9 +2,8 @@ import {memoryOf} from "../draw/memory.js";
 import {parameterCount} from "../kernel/kernel.js";
 import {facts} from "../model/facts.js";
 import {pause} from "../model/pause.js";
-import {parseModel} from "../model/safetensors.js";
 import {printField} from "../print/field.js";
-import {modelFile} from "../save/model_file.js";
+import {trainedModel} from "../save/model_file.js";
 import {paddedNetwork} from "../train/training.js";
 import {goToLevel, start} from "../view/current_model.js";
 import {renderer} from "../view/view.js";
@@ -54,11 +53,10 @@ export class LivePicture {
 
     model(moment) {
         const {levels, texture = null, unfinished = null} = moment, known = this.known(moment);
-        const all = this.bare.levels.map((bare, i) => ({delta: REACH, ...known[i] ?? bare, lipschitz: 1}));
+        const all = this.bare.levels.map((bare, i) => ({delta: REACH, ...known[i] ?? bare}));
         const isColoring = unfinished && levels.length === this.bare.levels.length;
         const colors = texture ?? (isColoring ? unfinished : this.bare.texture);
-        const bytes = modelFile(this.shape, {levels: all, texture: colors}, {});
-        return {...withoutOutputBias(parseModel(bytes.buffer)), ground: this.ground, isUnfinished: true};
+        return {...withoutOutputBias(trainedModel(this.shape, {levels: all, texture: colors})), ground: this.ground, isUnfinished: true};
     }
 }
 
