@@ -13,6 +13,7 @@ from typing import Any, cast
 
 NUMBERS = {
     "DELTA_FACTOR": "model.model.DELTA_FACTOR",
+    "DEFAULT_STEP_BOUND": "model.model.DEFAULT_STEP_BOUND",
     "FIRST_ITERATIONS": "model.model.DEFAULT_ITERATIONS.0",
     "ITERATIONS": "model.model.DEFAULT_ITERATIONS.1",
     "TRAINED_FINE": "model.quantize.MAX_FINE",

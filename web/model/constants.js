@@ -1,5 +1,6 @@
 // Numbers of Python, which web/constants.py writes.
 export const DELTA_FACTOR = 1.3;
+export const DEFAULT_STEP_BOUND = 0.8;
 export const FIRST_ITERATIONS = 20;
 export const ITERATIONS = 5;
 export const TRAINED_FINE = 127;

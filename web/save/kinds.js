@@ -1,9 +1,7 @@
 import {facts} from "../model/facts.js";
-import {parseModel} from "../model/safetensors.js";
 import {functionText} from "../print/glsl_function.js";
 import {hashOf} from "../print/header.js";
 import {shadertoyText} from "../print/shadertoy.js";
-import {groundOf} from "../shape/ground.js";
 import {loadTeam} from "../train/loading.js";
 import {asQuestion} from "../train/training.js";
 import {element} from "../view/messages.js";
@@ -14,8 +12,8 @@ import {tinyText} from "./tiny_export.js";
 
 // What a trained shape can be saved as.
 
-// Returns kinds for showExports (exports.js). shape, result: see state.js; model: of modelOf(); video: returns a promise of
-// a WebM Blob.
+// Returns kinds for showExports (exports.js). shape, result: see state.js; model: of trainedModel(), with its ground;
+// video: returns a promise of a WebM Blob.
 export function kindsOf(shape, result, model, video) {
     const hash = hashOf(result.bytes.buffer);
     let text = null;

@@ -1,13 +1,13 @@
 import {layersOf} from "../kernel/layers.js";
-import {FIRST_ITERATIONS, ITERATIONS} from "../model/constants.js";
-import {shared} from "../model/facts.js";
+import {DEFAULT_STEP_BOUND, FIRST_ITERATIONS, ITERATIONS} from "../model/constants.js";
 import {turned} from "../model/orientation.js";
 
 // Returns the model of a training in the form of parseModel (safetensors.js). shape: {name, up, front}, as of modelFile.
 // trained: {levels, texture} of trainShape, or networks of this moment.
 export function trainedModel({name, up = "y", front = null}, {levels, texture = null}) {
-    const upright = (network) => layersOf(network).map((layer, j) => (j ? layer : {...layer, weight: turned(layer.weight, up)}));
-    const {default_step_bound: bound} = shared.format, networks = levels.map(upright), colors = texture && upright(texture);
+    const upright = (network) => layersOf(network).map((layer, j) => (
+        j ? layer : {...layer, weight: turned(layer.weight, up)}));
+    const networks = levels.map(upright), colors = texture && upright(texture), bound = DEFAULT_STEP_BOUND;
     const sizes = [...networks, ...(colors ? [colors] : [])].flat().map(({weight, bias}) => weight.length + bias.length);
     return {
         name, inputs: "xyz", front, credit: "", texture: colors, parameters: sizes.reduce((sum, size) => sum + size, 0),
