@@ -132,14 +132,14 @@ def _trained(source: "Source", options: TrainArguments | MorphArguments) -> Fiel
             draw(model)
         return field
 
-    def follow(model: "Model") -> None:
+    def on_level(model: "Model") -> None:
         field = show(model)
         if options.after_level is not None:
             options.after_level(field)
 
     resume = options.resume.model if options.resume is not None else False
     model = train_source(
-        source, options, resume=resume, callback=options.callback, follow=follow, components=loose_components
+        source, options, resume=resume, callback=options.callback, on_level=on_level, components=loose_components
     )
     with suppress(UserError):  # The preview of the last level has said so.
         show(model)
@@ -226,7 +226,7 @@ def import_checkpoints(checkpoints: Sequence[str | Path], options: ImportOptions
     Raises UserError.
     """
     prepare_openmp()
-    from ..trainer.checkpoint import import_checkpoints as imported
+    from ..trainer.import_authors import import_checkpoints as imported
 
     listed = checkpoints if isinstance(checkpoints, Sequence) and not isinstance(checkpoints, str) else [checkpoints]
     return Field(imported([path_of(path, "checkpoints") for path in listed], options))

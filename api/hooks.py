@@ -12,16 +12,16 @@ if TYPE_CHECKING:
 
 def describe_surface(model: "Model", quiet: bool) -> str:
     """Describe the surface of a trained model in one line."""
-    from ..mesher import survey
+    from ..mesher import surface_line
 
-    return survey.describe_surface(model, quiet)
+    return surface_line.describe_surface(model, quiet)
 
 
 def loose_components(model: "Model") -> "Array":
     """Return the vertices (N, 3) of the loose components of a model's surface."""
-    from ..mesher import survey
+    from ..mesher import surface_line
 
-    return survey.loose_components(model)
+    return surface_line.loose_components(model)
 
 
 def pictures(folder: Path) -> "Callable[[Model], None]":
@@ -33,9 +33,9 @@ def pictures(folder: Path) -> "Callable[[Model], None]":
 
 def surface_of(model: "Model", quiet: bool) -> "ModelSurface":
     """Extract the surface of a model that a training begins with: vertices, faces, and colors or None."""
-    from ..mesher import survey
+    from ..mesher import surface_line
 
-    mesh = survey.surface_of(model, quiet)
+    mesh = surface_line.surface_of(model, quiet)
     return mesh.vertices, mesh.faces, mesh.colors
 
 

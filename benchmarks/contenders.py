@@ -16,13 +16,13 @@ from torch import Tensor
 from torch.nn import functional
 
 from mplicits.mesher.model_field import Field, ModelField
-from mplicits.mesher.survey import loose_components
+from mplicits.mesher.surface_line import loose_components
 from mplicits.model.model import DEFAULT_ITERATIONS, Level, Model
-from mplicits.trainer import quality, sampling, settings
+from mplicits.trainer import held_out_errors, sampling, settings
+from mplicits.trainer.held_out_errors import delta
 from mplicits.trainer.networks.nested import field, in_band
 from mplicits.trainer.networks.network import Weights, initial, to_model
 from mplicits.trainer.progress import TrainingBar
-from mplicits.trainer.quality import delta
 from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.shape import Doubles, Shape, SurfacePoints, unit
 from mplicits.trainer.suited_omegas import with_suited_omegas
@@ -196,7 +196,7 @@ def _trained(
         at = torch.from_numpy(cloud.points.astype(np.float32))
         deltas.append(delta(field(done, at)) if nested else EVERYWHERE)
         spread = torch.rand(POOL, 3, generator=generator) * 2 - 1
-        slopes.append(quality.lipschitz(done, torch.cat((at, spread if i == 0 or not nested else at))))
+        slopes.append(held_out_errors.lipschitz(done, torch.cat((at, spread if i == 0 or not nested else at))))
     levels = [
         Level(to_model(siren.folded()), width, DEFAULT_ITERATIONS[min(i, 1)], slope)
         for i, (siren, width, slope) in enumerate(zip(sirens, deltas, slopes, strict=True))

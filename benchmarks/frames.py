@@ -24,7 +24,7 @@ from mplicits.codegen.targets.shader import FIRST_LOOKS
 from mplicits.codegen.targets.shadertoy import WIDEST, exact
 from mplicits.codegen.targets.shadertoy_text import savings, step_bound
 from mplicits.field.cells import NEAR, NEAR_IN_FILE, Cells
-from mplicits.field.narrow import Grid
+from mplicits.field.half_widths import Grid
 from mplicits.ir.lower import lower
 from mplicits.ir.program import Program
 from mplicits.model.gallery import model_path

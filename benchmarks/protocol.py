@@ -12,7 +12,7 @@ from contenders import Trained
 from mplicits.mesher.extract import extract
 from mplicits.mesher.grid import Grid
 from mplicits.mesher.metrics import SampledSurface, chamfer
-from mplicits.mesher.truth import in_model_space, read_mesh
+from mplicits.mesher.read_meshes import in_model_space, read_mesh
 from mplicits.model.version import installed_version
 from mplicits.trainer.shapes.shape import Shape
 

@@ -10,15 +10,15 @@ import torch
 from ..model.errors import UserError
 from ..model.interrupts import SecondInterrupt, between_steps
 from ..model.model import Model, Network
+from ..trainer.checkpoint import CheckpointFile
+from ..trainer.field_levels import measured_levels
 from ..trainer.machine import device, prepare
-from ..trainer.measured import measured_levels
 from ..trainer.networks.callback import TrainingProgress
 from ..trainer.networks.fit import Budget
 from ..trainer.networks.network import to_model
 from ..trainer.networks.snapshot import Snapshot
-from ..trainer.part import Part
+from .distill import distilled, model_of, surface_of, unfinished_levels
 from .evaluation import mean_psnr
-from .finish import distilled, model_of, surface_of, unfinished_levels
 from .learner import Learner
 from .options import BACKGROUNDS, PhotoOptions
 from .photographs import Photographs, split
@@ -43,7 +43,7 @@ class Reconstruction:
         photographs: Photographs,
         options: PhotoOptions,
         progress: TrainingProgress,
-        part: Part | None = None,
+        part: CheckpointFile | None = None,
         began: float | None = None,
     ) -> None:
         """part: receives the state every 30 s. began: time.perf_counter() at the start of the user's seconds."""
@@ -65,7 +65,7 @@ class Reconstruction:
         self._psnr: float | None = None
 
     def run(self, earlier: tuple[Model, Snapshot] | None = None) -> Model:
-        """Train, and return the model. earlier: content of a `Part`, to continue from.
+        """Train, and return the model. earlier: content of a `CheckpointFile`, to continue from.
 
         Raises UserError if `earlier` has other settings, or if there is no surface, and KeyboardInterrupt for Ctrl-C
         before the first step.

@@ -7,7 +7,7 @@ from ..model.files import show
 from ..model.interrupts import ended_by
 from ..model.model import Model, shape_of
 from ..model.model_file import save
-from ..trainer.part import Part
+from ..trainer.checkpoint import CheckpointFile
 from ..trainer.progress import TrainingBar
 from .folder import read_photographs
 from .options import PhotoOptions
@@ -16,7 +16,11 @@ from .reconstruct import Reconstruction
 
 
 def reconstruction(
-    folder: Path, options: PhotoOptions, bar: TrainingBar, part: Part | None = None, began: float | None = None
+    folder: Path,
+    options: PhotoOptions,
+    bar: TrainingBar,
+    part: CheckpointFile | None = None,
+    began: float | None = None,
 ) -> Reconstruction:
     """Load the photographs of a folder, and print warnings above the bar. part, began: of `Reconstruction`."""
     found, warnings = read_photographs(
@@ -42,7 +46,7 @@ def run(folder: Path, output: Path, options: PhotoOptions, *, resume: bool, bega
     UserError, and KeyboardInterrupt for Ctrl-C before there is anything to save.
     """
     bar = TrainingBar(options.quiet)
-    part = Part(output, bar.say)
+    part = CheckpointFile(output, bar.say)
     left = part.is_there()
     if left and not resume:
         bar.say(f"{show(part.path)} is from an interrupted run; starting again (--resume continues it)")

@@ -7,7 +7,7 @@ from ..ir.at_time import at_time
 from ..ir.program import Program
 from .cell_codes import OVERESTIMATE, all_cells, middles, mixed
 from .cell_search import FIRST, found_grid
-from .few_levels import few_grid
+from .coarse_cell_codes import few_grid
 from .interpret import field
 
 COUNT = 128

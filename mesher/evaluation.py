@@ -13,14 +13,14 @@ from ..model.files import show
 from ..model.model import Model
 from ..model.surface_figures import SurfaceFigures, surface_record
 from .at_time import chosen_time, place_at
-from .bar import Bar
 from .compare import Figures, compare
 from .distance import compare_field
 from .extract import extract_model, up_to
 from .options import RESOLUTION, EvalOptions
 from .parallel import Progress
+from .progress import Bar
+from .read_meshes import in_model_space, normalization, read_mesh
 from .surface import Mesh
-from .truth import in_model_space, normalization, read_mesh
 
 FIELD_SAMPLES = 100_000
 """Most points that the field itself is measured at."""

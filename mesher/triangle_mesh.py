@@ -13,10 +13,10 @@ from ..model.kinds import MESH
 from ..model.model import MODEL_SPACE, Model
 from ..model.orientation import as_in_file
 from .at_time import chosen_time, place_at
-from .bar import Bar
 from .extract import extract_model, up_to
 from .grid import Grid
 from .options import MeshOptions
+from .progress import Bar
 from .specks import without_specks
 from .surface import Array, Mesh, Whole
 from .write import as_trimesh, check_suffix, rounding_warning, to_bytes

@@ -117,7 +117,7 @@ class Distances:
         """Read the mesh, and place it as the model's shape at time 0. follow: of `read_mesh`. Raises UserError."""
         from ..mesher.at_time import place_at
         from ..mesher.metrics import SampledSurface
-        from ..mesher.truth import in_model_space, read_mesh
+        from ..mesher.read_meshes import in_model_space, read_mesh
 
         self._surface = SampledSurface(in_model_space(read_mesh(path, follow=follow), *place_at(model, 0.0)))
 

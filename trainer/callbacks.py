@@ -9,16 +9,16 @@ import torch
 
 from ..model.errors import UserError
 from ..model.model import Model
+from .checkpoint import CheckpointFile
 from .config import LossConfig, MiningConfig, SurfaceEikonalConfig
 from .level import LevelStep
 from .mining import Miner
 from .networks.callback import Callback, FitState
 from .networks.network import Weights, adjoint_pass
-from .part import Part
 from .shapes.shape import Doubles
 from .training_samples import Pool, Sampler
 
-FindComponents = Callable[[Weights], Doubles]
+ComponentsOfLevel = Callable[[Weights], Doubles]
 """Weights of the level under training -> vertices (N, 3) of the loose components of its surface, model space."""
 
 
@@ -33,7 +33,7 @@ class MineHardExamples(Callback):
         candidates: int,
         share: float,
         config: MiningConfig,
-        components: FindComponents | None = None,
+        components: ComponentsOfLevel | None = None,
         component_seconds: float = 0.0,
     ) -> None:
         """candidates: most candidates of each kind. share: of `LevelStep.hard_share`, without thin features.
@@ -126,7 +126,7 @@ def followed_length(length: float, share: float, goal: float, least: float, conf
 class Checkpoint(Callback):
     """Writes the training's state to a file now and then, and when Ctrl-C ends it."""
 
-    def __init__(self, part: Part, write: Callable[[FitState], None]) -> None:
+    def __init__(self, part: CheckpointFile, write: Callable[[FitState], None]) -> None:
         self._part, self._write = part, write
 
     def after_step(self, state: FitState) -> None:

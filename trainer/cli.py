@@ -21,7 +21,7 @@ from .options import ImportOptions, TrainingOptions
 if TYPE_CHECKING:
     from ..model.model import Model
     from .sources import ModelSurface, Source
-    from .train import FindComponents
+    from .train import ComponentsOfModel
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Hooks:
 
     describe_surface: "Callable[[Model, bool], str]"
     """Describes the surface of a model in a line. The second argument is --quiet."""
-    loose_components: "FindComponents"
+    loose_components: "ComponentsOfModel"
     """Finds the loose components of a model's surface, for the training to remove."""
     surface_of: "Callable[[Model, bool], ModelSurface]"
     """Extracts the surface of a model. The second argument is --quiet."""
@@ -109,7 +109,7 @@ def _run(
     begin_work(termination=not files.live)
     read: dict[str, Any] = {}
 
-    def took(facts: dict[str, Any]) -> None:
+    def on_read(facts: dict[str, Any]) -> None:
         check_writable(output)  # it may be a file that the shape names
         read.update(facts)
 
@@ -119,9 +119,9 @@ def _run(
         output=output,
         resume=files.resume,
         live=files.live,
-        follow=draw,
+        on_level=draw,
         components=hooks.loose_components,
-        took=took,
+        on_read=on_read,
     )
     if bits is not None and not model.provenance["interrupted"]:
         from ..model.model_file import save
@@ -184,7 +184,7 @@ def _import(command: ImportCommand) -> None:
     check_writable(output, reads, kind=MODEL, force=command.force)
     from ..model.model import shape_of
     from ..model.model_file import save
-    from .checkpoint import import_checkpoints
+    from .import_authors import import_checkpoints
 
     model = import_checkpoints(command.checkpoints, command)
     save(model, output)

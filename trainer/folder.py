@@ -124,8 +124,8 @@ def _is_finished(job: Job, settings: Settings, suited: bool) -> bool:
 
     suited: whether the frequencies are those that suit the shape.
     """
+    from .finished_networks import same_training
     from .suited_omegas import with_previous_omegas  # loads torch
-    from .trained import same_training
 
     with suppress(UserError, OSError):
         model = load(Path(job.output))

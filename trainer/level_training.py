@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from . import level
-from .callbacks import FindComponents, FollowSurfaceEikonal, MineHardExamples, RaiseLateValue
+from .callbacks import ComponentsOfLevel, FollowSurfaceEikonal, MineHardExamples, RaiseLateValue
 from .config import LossWeights, TrainingConfig
 from .frozen_levels import FrozenLevels
 from .level import LevelState, LevelStep
@@ -97,7 +97,7 @@ class LevelTraining:
             draws=LevelState(self.step, self._sampler, self._miner),
         )
 
-    def callbacks(self, components: FindComponents | None, component_seconds: float) -> list[Callback]:
+    def callbacks(self, components: ComponentsOfLevel | None, component_seconds: float) -> list[Callback]:
         """Return the callbacks that change what later steps train on: hard-example mining and loss weights.
 
         A loss weight that the user has chosen stays. components, component_seconds: as in `MineHardExamples`.

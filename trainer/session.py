@@ -15,16 +15,16 @@ from ..model.model import Model
 from ..model.model_file import load, save
 from ..model.remarks import remarks
 from .callbacks import Preview
+from .checkpoint import CheckpointFile
 from .machine import device, prepare
 from .networks.callback import TrainingProgress
 from .networks.snapshot import Snapshot
 from .options import TrainingOptions
-from .part import Part
 from .progress import CallingProgress, JsonLines, ProgressCallback, TrainingBar, TrainingLog
 from .settings import Settings
 from .sources import Source
 from .suited_omegas import with_suited_omegas
-from .train import FindComponents, Training
+from .train import ComponentsOfModel, Training
 
 
 def train(
@@ -35,23 +35,23 @@ def train(
     resume: Model | bool = False,
     live: bool = False,
     callback: ProgressCallback | None = None,
-    follow: Callable[[Model], object] | None = None,
-    components: FindComponents | None = None,
-    took: Callable[[dict[str, Any]], object] | None = None,
+    on_level: Callable[[Model], object] | None = None,
+    components: ComponentsOfModel | None = None,
+    on_read: Callable[[dict[str, Any]], object] | None = None,
 ) -> Model:
     """Train a model of a shape, and return it. The user's seconds count from now.
 
     output: model file to write, with checkpoints beside it; None: write no file. resume: a model to continue; True: the
     interrupted training of `output`, or else the model in `output`. live: print progress as JSON, and save after every
     level. callback: receives the progress; its KeyboardInterrupt ends the training, which keeps its weights.
-    follow: receives the model after every level. components: as in `Training`. took: receives what was read
+    on_level: receives the model after every level. components: as in `Training`. on_read: receives what was read
     of the shape, and the warnings, for JSON.
 
     Raises UserError, and KeyboardInterrupt where Ctrl-C came before there was anything to save.
     """
     began = time.perf_counter()
     settings, bar = options.settings(), TrainingBar(options.quiet)
-    part = None if output is None else Part(output, bar.say)
+    part = None if output is None else CheckpointFile(output, bar.say)
     previous, snapshot = resume if isinstance(resume, Model) else None, None
     if output is not None and part is not None:
         if options.log is not None and Path(options.log).resolve() == part.path.resolve():
@@ -63,8 +63,8 @@ def train(
         progress = CallingProgress(progress, callback)
     shape, warnings = source.load(progress, settings.up or source.up)
     prepare(device(settings.device))  # Not before loading: glibc would keep the freed blocks of the mesh.
-    if took is not None:
-        took(({} if shape.taken is None else shape.taken.record()) | {"warnings": warnings})
+    if on_read is not None:
+        on_read(({} if shape.taken is None else shape.taken.record()) | {"warnings": warnings})
     if shape.taken is not None and not options.quiet:
         progress.say(shape.taken.line())
     for warning in warnings:
@@ -73,7 +73,7 @@ def train(
         settings = with_suited_omegas(shape, settings, None if options.quiet else progress.say)
     if options.log is not None:
         progress = TrainingLog(progress, Path(options.log), append=previous is not None)
-    previews: Sequence[Preview] = [] if follow is None else [Preview(follow, bar.say)]
+    previews: Sequence[Preview] = [] if on_level is None else [Preview(on_level, bar.say)]
     if live and output is not None:
         previews = [Preview(partial(_save_unfinished, output), bar.say), *previews]
     training = Training(shape, settings, progress, began, part, previews, components=components)
@@ -99,7 +99,7 @@ def _completed(settings: Settings, source: Source, previous: Model | None) -> Se
 
 
 def _interrupted(
-    output: Path, part: Part, resume: bool, say: Callable[[str], None]
+    output: Path, part: CheckpointFile, resume: bool, say: Callable[[str], None]
 ) -> tuple[Model | None, Snapshot | None]:
     """Return the model and the state from which to resume, where the user wants that and they exist."""
     left = part.is_there()

@@ -14,9 +14,20 @@ from torch import Tensor
 from ..model.errors import UserError
 from ..model.interrupts import SecondInterrupt
 from ..model.model import Model
-from . import plan, quality, texture
+from . import held_out_errors, plan, texture
 from .callbacks import Checkpoint
+from .checkpoint import CheckpointFile
 from .config import TrainingConfig, default_config
+from .finished_networks import (
+    Trained,
+    TrainedLevel,
+    TrainedTexture,
+    resumed,
+    same_training,
+    trained_model,
+    training_record,
+    unfinished_record,
+)
 from .frozen_levels import FrozenLevels
 from .level import initial_level
 from .level_training import LevelTraining, Stage
@@ -27,27 +38,16 @@ from .networks.network import Weights, clone
 from .networks.quantized import quantized, quantized_step
 from .networks.snapshot import Snapshot
 from .pace import Pace
-from .part import Part
 from .settings import Settings
 from .shapes.shape import Doubles, Shape
 from .surface_distance import SurfaceDistance
 from .texture_detail import detail_line
-from .trained import (
-    Trained,
-    TrainedLevel,
-    TrainedTexture,
-    resumed,
-    same_training,
-    trained_model,
-    training_record,
-    unfinished_record,
-)
 from .training_samples import Sampler
 
 SEEDS = 1000
 """Seeds reserved for each seed of the user: one for each level, and the last for the texture."""
 
-FindComponents = Callable[[Model], NDArray[np.float32]]
+ComponentsOfModel = Callable[[Model], NDArray[np.float32]]
 """Returns the vertices (N, 3) of the loose components of a model's surface, model space."""
 
 
@@ -63,10 +63,10 @@ class Training:
         settings: Settings,
         progress: TrainingProgress,
         began: float | None = None,
-        part: Part | None = None,
+        part: CheckpointFile | None = None,
         callbacks: Sequence[Callback] = (),
         config: TrainingConfig | None = None,
-        components: FindComponents | None = None,
+        components: ComponentsOfModel | None = None,
     ) -> None:
         """began: value of time.perf_counter() from which the user's seconds count; None: now.
 
@@ -80,16 +80,16 @@ class Training:
         self._part, self._callbacks, self._snapshot = part, callbacks, Snapshot()
         self._began = time.perf_counter() if began is None else began
         self._device = device(settings.device)
-        self._probe = quality.SurfaceProbe(shape, self._device, self._config.measuring)
-        self._field_probe = quality.FieldProbe(shape, self._device, self._config.measuring.field_points)
+        self._probe = held_out_errors.SurfaceProbe(shape, self._device, self._config.measuring)
+        self._field_probe = held_out_errors.FieldProbe(shape, self._device, self._config.measuring.field_points)
         self._surface_distance = SurfaceDistance(shape, self._device, self._config.measuring.comparing)
         self._trained = Trained()
 
     def run(self, resume: Model | None = None, snapshot: Snapshot | None = None) -> Model:
         """Train all levels, or the levels that the model `resume` lacks, and return the model.
 
-        snapshot: the state that a `Part` has beside the model `resume`. With the same settings, training resumes in the
-        middle of a level as if it had never stopped, and the user's seconds count all runs.
+        snapshot: the state that a `CheckpointFile` has beside the model `resume`. With the same settings, training
+        resumes in the middle of a level as if it had never stopped, and the user's seconds count all runs.
         Raises UserError where `resume` does not fit the settings, and KeyboardInterrupt where Ctrl-C came before there
         was anything to save.
         """
@@ -216,7 +216,7 @@ class Training:
         levels, deltas = [*self._trained.weights(), weights], self._trained.deltas()
         delta = self._probe.delta(levels)
         tracing = self._probe.tracing(levels, [*deltas, delta])
-        sampled = quality.lipschitz(levels, samples, self._config.measuring.lipschitz_points)
+        sampled = held_out_errors.lipschitz(levels, samples, self._config.measuring.lipschitz_points)
         *as_bands, last = tracing.step_bounds
         self._trained.lower_band_bounds(as_bands)
         lipschitz = max(sampled, tracing.lipschitz)

@@ -43,7 +43,7 @@ NUMBERS = {
     "MOST_CUTS": "trainer.shapes.curved.MOST_CUTS",
     "MOST_FACETS": "trainer.shapes.curved.MOST_FACETS",
     "DECIMALS_OF_PLACES": "trainer.shapes.curved.DECIMALS",
-    "CREASED": "trainer.shapes.curved.CREASED",
+    "CREASE_SINE_SQUARED": "trainer.shapes.curved.CREASE_SINE_SQUARED",
     "ALONG_CREASE": "trainer.shapes.curved.ALONG",
     "LACK": "trainer.networks.losses.LACK",
     "WARM_UP": "trainer.networks.fit.WARM_UP",

@@ -4,7 +4,7 @@ import numpy as np
 
 from ...field.cell_codes import EMPTY
 from ...field.cells import Cells
-from ...field.few_levels import FEW_LEVELS
+from ...field.coarse_cell_codes import FEW_LEVELS
 from ...ir.program import Program
 from ..printers.cstyle import Language
 

@@ -7,8 +7,8 @@ from typing import Any
 
 from ... import glsl
 from ...field.cells import Cells
+from ...field.half_widths import Grid
 from ...field.lowest import lowest_point
-from ...field.narrow import Grid
 from ...ir.lower import lower
 from ...ir.program import Array, Program
 from ...model.model import Model

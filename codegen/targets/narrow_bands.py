@@ -3,7 +3,7 @@
 import numpy as np
 
 from ... import glsl
-from ...field.narrow import Grid, narrow_widths
+from ...field.half_widths import Grid, narrow_widths
 from ...ir.program import Program
 
 COUNT = 8

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...field.cells import LOOKUPS, Cells
-from ...field.narrow import Grid
+from ...field.half_widths import Grid
 from ...field.openness import BLOCK, EVALUATIONS
 from ...ir.program import Array
 

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import glsl
+from ...field.half_widths import SHARES, Grid, narrow_widths
 from ...field.hull import hull
 from ...field.lowest import lowest_point
-from ...field.narrow import SHARES, Grid, narrow_widths
 from ...ir.program import Function, Program
 from ...model.model import DELTA_FACTOR, Model
 from ..printers.cstyle import Language, Storage

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import torch
 
-from mplicits.capture.finish import FACING, colors_of_surface, surface_of
+from mplicits.capture.distill import FACING, colors_of_surface, surface_of
 from mplicits.capture.folder import read_photographs
 from mplicits.capture.learner import Learner
 from mplicits.capture.options import PhotoOptions

@@ -29,7 +29,7 @@ SIZE = 24
 @pytest.fixture
 def few_texture_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("mplicits.trainer.config.DEFAULT", with_texture_steps(60))
-    monkeypatch.setattr("mplicits.trainer.measured.POINTS", 10_000)
+    monkeypatch.setattr("mplicits.trainer.field_levels.POINTS", 10_000)
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +40,7 @@ def ball(tmp_path_factory: pytest.TempPathFactory) -> Path:
     output = folder / "ball.safetensors"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("mplicits.trainer.config.DEFAULT", with_texture_steps(600))
-        patch.setattr("mplicits.trainer.measured.POINTS", 10_000)
+        patch.setattr("mplicits.trainer.field_levels.POINTS", 10_000)
         threads = torch.get_num_threads()
         torch.set_num_threads(1)  # beside a busy program, two threads that wait for one another take minutes
         try:

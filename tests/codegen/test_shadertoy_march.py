@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from mplicits.codegen.targets.orbit import AZIMUTH, ELEVATION
 from mplicits.codegen.targets.shadertoy_text import savings, step_bound
 from mplicits.field.digits import fewest_digits
+from mplicits.field.half_widths import Grid, narrow_widths
 from mplicits.field.hull import NORMALS, hull
 from mplicits.field.interpret import field
-from mplicits.field.narrow import Grid, narrow_widths
 from mplicits.field.surface_points import on_surface
 from mplicits.ir.lower import lower
 from mplicits.model.model import DELTA_FACTOR, Level, Model

@@ -21,8 +21,8 @@ from mplicits.ir.lower import lower
 from mplicits.model.errors import UserError
 from mplicits.model.model_file import load, save, to_bytes
 from mplicits.scenes.compose import compose
-from mplicits.trainer.checkpoint import read_network
-from mplicits.trainer.part import Part
+from mplicits.trainer.checkpoint import CheckpointFile
+from mplicits.trainer.import_authors import read_network
 from mplicits.trainer.shapes.load import load_shape
 from support.fuzzing import Case, damaged, damaged_model, fresh_seed, survive
 from support.packed_model import packed_model
@@ -75,7 +75,7 @@ def use_shape(path: Path) -> None:
 
 
 def use_part(path: Path) -> None:
-    part = Part(path.with_name(path.name.replace(".part", "")), print)
+    part = CheckpointFile(path.with_name(path.name.replace(".part", "")), print)
     if part.is_there():
         part.read()
 

@@ -33,9 +33,9 @@ from mplicits.model.errors import UserError
 from mplicits.model.model_file import load, save, to_bytes
 from mplicits.reporting import curves, page
 from mplicits.scenes.compose import compose
+from mplicits.trainer.finished_networks import resumed, same_training
 from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.demo import DemoShape
-from mplicits.trainer.trained import resumed, same_training
 from support import hostile
 from support.fuzzing import Case, fresh_seed, survive
 from support.random_model import random_model

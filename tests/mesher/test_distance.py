@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from mplicits.mesher.distance import compare_field
-from mplicits.mesher.truth import in_model_space
+from mplicits.mesher.read_meshes import in_model_space
 from mplicits.model.model import Layer, Level, Model
 
 MOVED = 0.02

@@ -11,8 +11,8 @@ import trimesh
 from mplicits import cli
 from mplicits.mesher.compare import compare
 from mplicits.mesher.metrics import VOXEL, SampledSurface, angles, chamfer, shell_iou
+from mplicits.mesher.read_meshes import in_model_space, normalization, read_mesh
 from mplicits.mesher.surface import Mesh
-from mplicits.mesher.truth import in_model_space, normalization, read_mesh
 from mplicits.model.model_file import load
 from support.paths import DEMO
 

@@ -8,7 +8,7 @@ import pytest
 import trimesh
 
 from mplicits import cli
-from mplicits.mesher.truth import in_model_space, read_mesh
+from mplicits.mesher.read_meshes import in_model_space, read_mesh
 from mplicits.model.errors import UserError
 from mplicits.model.model_file import load, save
 from mplicits.model.orientation import UPRIGHT, as_in_file, upright

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from mplicits.field.cell_codes import EMPTY, interpolated
 from mplicits.field.cells import LOOKUPS, NEAR, Cells
+from mplicits.field.half_widths import SHARES, Grid, cells_of
 from mplicits.field.interpret import field_gradient, nested_field
-from mplicits.field.narrow import SHARES, Grid, cells_of
 from mplicits.field.trace import enter_ball
 from mplicits.ir.program import Array, Program
 from mplicits.model.model import DELTA_FACTOR

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mplicits.field.half_widths import Grid
 from mplicits.field.hull import BALL, NORMALS
 from mplicits.field.interpret import nested_field
-from mplicits.field.narrow import Grid
 from mplicits.ir.program import Program
 from mplicits.model.model import DELTA_FACTOR
 from oracles.march import GAP, Doubles, ball, half_widths, margins

@@ -60,7 +60,7 @@ Read = Callable[[str, bytes], dict[str, list[float] | str]]
 @pytest.fixture(scope="module")
 def read(browser: "Browser") -> Iterator[Read]:
     page = browser.new_page()
-    page.evaluate(f"{script(modules('input.js'))} window.read = {READ}; null;")
+    page.evaluate(f"{script(modules('load_shape.js'))} window.read = {READ}; null;")
     yield lambda name, data: page.evaluate("asked => window.read(asked)", [name, base64.b64encode(data).decode()])
     page.close()
 

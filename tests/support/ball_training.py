@@ -52,7 +52,7 @@ def use_quick_config(patch: pytest.MonkeyPatch) -> None:
     """Let all trainings draw and measure fewer points, and survey the surface on a coarse grid."""
     patch.setattr("mplicits.trainer.config.DEFAULT", QUICK)
     for name in ("RESOLUTION", "MOVING_RESOLUTION", "MOMENT_RESOLUTION"):
-        patch.setattr(f"mplicits.mesher.survey.{name}", 16)
+        patch.setattr(f"mplicits.mesher.surface_line.{name}", 16)
 
 
 def with_texture_steps(steps: int) -> TrainingConfig:

@@ -28,7 +28,7 @@ MEAN_TOLERANCE = 0.6
 
 
 def remembering(model: Model, storage: str) -> str:
-    """Return a script that stores "texture", "literal" or "trying" for a model (web/draw/memory.js)."""
+    """Return a script that stores "texture", "literal" or "trying" for a model (web/draw/remembered_variant.js)."""
     return f"localStorage.setItem('mplicits {model.sha256()}', '{storage}');"
 
 

@@ -10,7 +10,7 @@ from mplicits.web.bundle import modules, script
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
-TRAINING = tuple(name for name in modules("training.js", "team.js", "model_file.js") if name != "facts.js")
+TRAINING = tuple(name for name in modules("training.js", "workers.js", "model_file.js") if name != "facts.js")
 """Modules that train a shape and write its file, for a page without facts."""
 BYTES = """window.bytesOf = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer;"""
 """Defines the inverse of `packed`, in the page."""

@@ -108,7 +108,7 @@ class Reader:
 def shape_reader(browser: "Browser") -> Iterator[Reader]:
     """Open a page that reads files."""
     page = browser.new_page()
-    page.evaluate(f"{script(modules('input.js'))} {_SCRIPT} null;")
+    page.evaluate(f"{script(modules('load_shape.js'))} {_SCRIPT} null;")
     yield Reader(page)
     page.close()
 

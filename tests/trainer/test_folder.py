@@ -17,11 +17,11 @@ from mplicits import cli
 from mplicits.model.errors import UserError
 from mplicits.model.model_file import load
 from mplicits.model.verb import add_arguments, read
+from mplicits.trainer.checkpoint import CheckpointFile
 from mplicits.trainer.commands import TrainCommand
 from mplicits.trainer.folder import shape_options, shapes_in
 from mplicits.trainer.folders.job import Job, Outcome, Runner, Status
 from mplicits.trainer.folders.results import PAGE, TABLE, row_of, write_results
-from mplicits.trainer.part import Part
 from support import needs
 from support.paths import DEMO
 
@@ -281,7 +281,7 @@ def test_a_shape_with_the_name_of_a_checkpoint_gets_another(shapes: Path) -> Non
     trimesh.creation.box().export(shapes / "ball.part.ply")
     assert "ball.part-ply" in shapes_in(shapes)
     with pytest.raises(UserError, match="that is the name of a checkpoint"):
-        Part(shapes / "ball.part.safetensors", print)
+        CheckpointFile(shapes / "ball.part.safetensors", print)
 
 
 def test_names_that_are_no_text_or_a_formula_reach_table_and_page(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import trimesh
 
 from mplicits.mesher.compare import compare
 from mplicits.mesher.extract import extract_model
-from mplicits.mesher.truth import in_model_space, read_mesh
+from mplicits.mesher.read_meshes import in_model_space, read_mesh
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.orient import estimated_normals
 from mplicits.trainer.shapes.shape import Doubles, SurfacePoints, unit

@@ -11,7 +11,7 @@ import torch
 from mplicits.model.errors import UserError
 from mplicits.model.model import Model, shape_of
 from mplicits.model.model_file import load, save
-from mplicits.trainer import machine, plan, quality
+from mplicits.trainer import held_out_errors, machine, plan
 from mplicits.trainer.config import BudgetConfig, SamplingConfig
 from mplicits.trainer.frozen_levels import FrozenLevels
 from mplicits.trainer.networks.network import from_model
@@ -79,7 +79,7 @@ def test_bands_hold_the_surface(ball: Shape, model: Model) -> None:
 
 
 def test_delta_is_equation_5() -> None:
-    assert quality.delta(torch.tensor([0.01, -0.03, 0.02])) == pytest.approx(1.3 * 0.03)
+    assert held_out_errors.delta(torch.tensor([0.01, -0.03, 0.02])) == pytest.approx(1.3 * 0.03)
 
 
 def test_the_lipschitz_constant_is_near_one(model: Model) -> None:

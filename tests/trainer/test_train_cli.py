@@ -147,7 +147,7 @@ def test_the_surface_of_the_last_level_is_searched_for_loose_components(
         return np.array([[0.0, 1.1, 0.0]], np.float32)
 
     monkeypatch.setattr("mplicits.trainer.config.DEFAULT", config)
-    monkeypatch.setattr("mplicits.mesher.survey.loose_components", search)
+    monkeypatch.setattr("mplicits.mesher.surface_line.loose_components", search)
     if way == "command":
         assert cli.main(["train", ball, "--levels", "8x1,8x1", "--steps", "20,40", "--quiet"]) == 0
     else:

@@ -88,7 +88,7 @@ def ask(browser: "Browser") -> Iterator[Ask]:
     page = browser.new_page()
     page.set_content(f'<!doctype html><script type="application/json" id="facts">{facts_json({})}</script>')
     page.evaluate(
-        script(modules("safetensors.js", "field.js", "cells.js", "lowest.js", "camera.js", "uniforms.js")) + ASK
+        script(modules("safetensors.js", "field.js", "cells.js", "lowest_point.js", "camera.js", "uniforms.js")) + ASK
     )
     yield lambda name, value: page.evaluate("([name, value]) => window.ask[name](value)", [name, value])
     page.close()

@@ -11,8 +11,8 @@ from .checks import check_count, name_first
 from .cleaning import clean
 from .duplicates import merge
 from .planes import LocalPlanes, NearestPoint
+from .reading_report import ReadingReport
 from .shape import Doubles, SurfacePoints, in_cell_order, unit
-from .taken import Taken
 
 HELD_OUT = 0.05  # share of the points that is held out for evaluation
 NEIGHBORS = 12  # nearest neighbors from which the area of a point is estimated
@@ -40,7 +40,7 @@ class CloudShape:
 
     cloud = True
     moving = False
-    taken: Taken | None = None
+    taken: ReadingReport | None = None
 
     def __init__(self, points: SurfacePoints, name: str, source: dict[str, Any], noise: float | None = None) -> None:
         """points: accepted by `check_cloud`, in input space, with normals of any length.

@@ -15,7 +15,7 @@ Integers = NDArray[np.int64]
 
 CHUNK = 1_000_000  # faces or edges per block, which bounds the memory
 SHARPER = 2.5  # A crease bends this many times as much as the edges beside it
-CREASED = 0.94  # largest cosine between the normals of a crease's sides: 20 degrees
+CREASE_COSINE = 0.94  # largest cosine between the normals of a crease's sides: 20 degrees
 SHARP = 60.0  # an edge that bends by more degrees is a crease whatever its neighbors are: a cube, a nut
 LEAST_COSINE = 0.2
 """A normal of a file is used if the cosine to its face's normal is larger: it may be damaged, or point inwards."""
@@ -65,7 +65,7 @@ def crease_length(vertices: Doubles, faces: Integers, normals: CornerValues) -> 
     first, second = edge_pairs(faces)
     one, other = (_index_at(normals, edges) for edges in (first, next_half_edges(second)))
     apart = one != other
-    apart[apart] = np.einsum("ij,ij->i", normals.values[one[apart]], normals.values[other[apart]]) < CREASED
+    apart[apart] = np.einsum("ij,ij->i", normals.values[one[apart]], normals.values[other[apart]]) < CREASE_COSINE
     start = first[apart]
     corners = faces.ravel()
     along = vertices[corners[next_half_edges(start)]] - vertices[corners[start]]

@@ -16,7 +16,8 @@ from .shape import Doubles, unit
 MOST_CUTS = 5  # most facets along an edge; they reduce the chord error of a triangle to a 25th
 MOST_FACETS = 300_000  # meshes are subdivided up to this number of facets; finer scans are not subdivided
 DECIMALS = 7  # positions and normals that agree to this number of decimals, in model space, are equal
-CREASED = 0.03  # an edge is a crease if the squared sine between the normals of both sides is larger: 10 degrees
+CREASE_SINE_SQUARED = 0.03
+"""An edge is a crease if the squared sine between the normals of both sides is larger: 10 degrees."""
 ALONG = 0.5
 """Least cosine between a crease and the intersection of both sides' planes for its curve to follow that line."""
 
@@ -94,7 +95,7 @@ def _tangential(edges: Doubles, normals: Doubles, across: Doubles) -> Doubles:
     mean = unit(normals + across)
     in_plane = edges - np.einsum("ij,ij->i", edges, mean)[:, None] * mean
     line = np.cross(normals, across)
-    creased = np.einsum("ij,ij->i", line, line) > CREASED
+    creased = np.einsum("ij,ij->i", line, line) > CREASE_SINE_SQUARED
     line = unit(line)
     share = np.einsum("ij,ij->i", edges, line)
     creased &= np.abs(share) > ALONG * np.linalg.norm(edges, axis=1)

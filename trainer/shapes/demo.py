@@ -14,8 +14,8 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from .reading_report import ReadingReport
 from .shape import Doubles, SurfacePoints, unit
-from .taken import Taken
 
 SAMPLES = 8192  # samples of a center curve; between them, its third-order Taylor polynomial is exact to 1e-9
 RING, SECTION = 1.0, 0.5  # radii of the torus that the knot lies on
@@ -61,7 +61,7 @@ class DemoShape:
     noise = 0.0
     cloud = False
     moving = False
-    taken: Taken | None = None
+    taken: ReadingReport | None = None
     colored = True
 
     def __init__(self) -> None:

@@ -23,9 +23,9 @@ from .demo import DemoShape
 from .duplicates import merge
 from .mesh import MeshShape
 from .orient import estimated_normals
+from .reading_report import ReadingReport, taken_of
 from .shape import Shape, SurfacePoints
 from .sheet import SheetShape
-from .taken import Taken, taken_of
 
 
 class ShapeOptions(TypedDict, total=False):
@@ -142,7 +142,7 @@ def _shape_of(
 
 def _cloud(
     cloud: Cloud, label: str, source: dict[str, Any], noise: float | None, up: str
-) -> tuple[CloudShape, list[str], Taken]:
+) -> tuple[CloudShape, list[str], ReadingReport]:
     """Make a shape of a cloud; estimate missing normals, and turn those that point inward, with a warning."""
     estimated, warnings, turned = cloud.normals is None, list[str](), 0
     if cloud.normals is None:

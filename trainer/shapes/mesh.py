@@ -18,8 +18,8 @@ from .creases import closed, corner_normals, crease_length, face_areas, usable_n
 from .curved import curved, flat
 from .mesh_distance import MeshDistance
 from .parts import facing, facing_warnings
+from .reading_report import ReadingReport
 from .shape import Doubles, SurfacePoints, as_triple, in_cell_order, normalize, unit
-from .taken import Taken
 
 SHALLOW = 1e-3  # depth below the surface, model units, at which an open mesh is asked what it encloses
 ENCLOSED = 0.65  # least winding number of what an open mesh encloses; that of a flat sheet is 1/2
@@ -42,7 +42,7 @@ class MeshShape:
     noise = 0.0
     cloud = False
     moving = False
-    taken: Taken | None = None
+    taken: ReadingReport | None = None
 
     open: bool
     """Whether the surface has a boundary."""

@@ -11,8 +11,8 @@ from numpy.random import Generator
 
 from .creases import face_areas
 from .morph import CELLS, Grid, distances, interpolated, morph, triangles
+from .reading_report import ReadingReport
 from .shape import Doubles, Shape, SurfacePoints, as_triple, joined, unit
-from .taken import Taken
 
 SURFACES = 32  # least number of steps in time; fewer moments get morphed surfaces between them
 MOMENT_WEIGHT = 6  # samples of a moment for each sample of a morphed surface: the user supplied the moments
@@ -90,7 +90,7 @@ class MovingShape:
     """A `Shape` whose points are (N, 4), with a time in [0, 1]."""
 
     moving = True
-    taken: Taken | None = None
+    taken: ReadingReport | None = None
     noise = 0.0
     cloud = False
 

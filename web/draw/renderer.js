@@ -1,12 +1,12 @@
 import {pause} from "../model/pause.js";
 import {DeviceError, nextFrame} from "./device.js";
-import {COARSEST, Following} from "./following.js";
 import {Painter} from "./painter.js";
+import {COARSEST, Following} from "./reprojection.js";
 import {withOptions, jitter, uniforms} from "./uniforms.js";
 import {Variants} from "./variants.js";
 
 // Schedules the drawing in slices of some milliseconds, so that the page never freezes: coarse pixels during motion, or
-// where those take too long, the last picture (following.js); then all pixels, then further samples where
+// where those take too long, the last picture (reprojection.js); then all pixels, then further samples where
 // they matter. It draws only after changes.
 const SMOOTH = 33, LIVE = 300; // milliseconds of a frame: during motion, and of a training
 const REST = 160; // milliseconds without a change before refinement

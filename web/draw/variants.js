@@ -20,7 +20,7 @@ export class Variants {
     }
 
     // Loads a model, and resolves when its texture variant is ready. field, literal: from printField for the two
-    // variants; literal: null to skip it. probes: {points, values} of the field. memory: see memory.js. A later call,
+    // variants; literal: null to skip it. probes: {points, values} of the field. memory: see remembered_variant.js. A later call,
     // or a lost context, cancels this one.
     async load(model, field, literal, probes, memory) {
         const {device} = this.painter, generation = ++this.generation;

@@ -1,4 +1,4 @@
-import {lowestPoint} from "../draw/lowest.js";
+import {lowestPoint} from "../draw/lowest_point.js";
 import {facts} from "../model/facts.js";
 import {ModelError, parseModel} from "../model/safetensors.js";
 import {bakedScene} from "../print/baked_scene.js";

@@ -4,7 +4,7 @@ import {number} from "./cstyle.js";
 import {rootMeanSquare, surfacePoints} from "./few_bits.js";
 import {printFunction} from "./field.js";
 import {declareLiterals, straight} from "./literal.js";
-import {lowered} from "./lower.js";
+import {lowered} from "./lower_model.js";
 import {widenedValues} from "./reference.js";
 
 // Prints weights with few decimals, byte for byte as codegen/printers/literal.py.

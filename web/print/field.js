@@ -1,6 +1,6 @@
 import {shared} from "../model/facts.js";
 import {declareLiterals, straight} from "./literal.js";
-import {lowered, widest} from "./lower.js";
+import {lowered, widest} from "./lower_model.js";
 import {READERS, countLoops, layOut, looped} from "./texels.js";
 
 // Prints the field's GLSL of any model, byte for byte as codegen/printers/field.py (tests/web/test_page_printer.py).

@@ -5,7 +5,7 @@ import {number} from "./cstyle.js";
 import {printFunction} from "./field.js";
 import {headerLine} from "./header.js";
 import {declareLiterals, straight} from "./literal.js";
-import {lowered, widest} from "./lower.js";
+import {lowered, widest} from "./lower_model.js";
 
 // Prints the distance function for GLSL and Godot, byte for byte as codegen/targets/glsl_function.py.
 const SINES = /vec4 reduced\([^]*?\n}\n+vec4 sine\([^]*?\n}\n+vec4 cosine\([^]*?\n}/; // of glsl/sine.glsl; a packed page has no empty lines

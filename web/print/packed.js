@@ -10,7 +10,7 @@ const MACROS = `#define D(v,k)vec4(v/(k)%ivec4(B)-B/2)
 #define N(v,w)mat4(D(v,1),D(v,B),D(w,1),D(w,B))
 #define E(i,a,b,c,d)dot(D(ivec4(a,b,c,d),1),x[i])+dot(D(ivec4(a,b,c,d),B),x[i+1])`;
 
-// Returns the lines of the macros and of functions that compute values. constants: of lowered() (lower.js).
+// Returns the lines of the macros and of functions that compute values. constants: of lowered() (lower_model.js).
 export function packedLines(functions, constants) {
     const macros = new Map(); // from a layer's shape to its macro
     const layer = (op) => (op.source === "p" ? firstLayer : hiddenLayer)(op, constants);

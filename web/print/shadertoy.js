@@ -6,7 +6,7 @@ import {number} from "./cstyle.js";
 import {decimalLines, fewestDigits} from "./decimals.js";
 import {fewestBits} from "./few_bits.js";
 import {headerLine, pythonJson} from "./header.js";
-import {lowered} from "./lower.js";
+import {lowered} from "./lower_model.js";
 import {packedLines} from "./packed.js";
 
 // Prints the text of Shadertoy's Image tab, byte for byte as codegen/targets/shadertoy.py for quantized and for moving

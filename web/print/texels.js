@@ -1,6 +1,6 @@
 import {shared} from "../model/facts.js";
 import {constantsOf, elementwise, number} from "./cstyle.js";
-import {isProduct} from "./lower.js";
+import {isProduct} from "./lower_model.js";
 
 // Prints weights in a texture of four floats per texel, read in loops, as codegen/printers/texels.py.
 export const TEXTURE_WIDTH = shared.texture_width;

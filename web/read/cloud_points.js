@@ -1,6 +1,6 @@
 import {APART, CANCELED, FEWEST_POINTS, HUGE} from "../model/constants.js";
+import {firstEqual} from "./equal_points.js";
 import {demand, demandFew} from "./mesh_parts.js";
-import {firstEqual} from "./places.js";
 
 // Checks and merges the points of a cloud (trainer/shapes/checks.py, duplicates.py).
 const INWARDS = 0.1; // least mean cosine of normals that point inwards

@@ -1,10 +1,10 @@
 import {HUGE, SAME} from "../model/constants.js";
 import {cleanCloud} from "./cloud_points.js";
+import {firstEqual} from "./equal_points.js";
 import {parseGlb} from "./glb.js";
 import {colorsOf} from "./mesh_colors.js";
 import {demand, MeshError, shownName} from "./mesh_parts.js";
 import {parseObj} from "./obj.js";
-import {firstEqual} from "./places.js";
 import {parsePly} from "./ply.js";
 import {parseStl} from "./stl.js";
 import {parseXyz} from "./xyz.js";

@@ -1,6 +1,6 @@
 import {facts, shared} from "../model/facts.js";
 import {parseModel} from "../model/safetensors.js";
-import {lowered, widest} from "../print/lower.js";
+import {lowered, widest} from "../print/lower_model.js";
 import {probes} from "../print/reference.js";
 
 // Writes the page of a model from this page's own text, which a packed page keeps (Parts of web/document.py).

@@ -1,6 +1,6 @@
 import {turned} from "../model/orientation.js";
 
-// Returns the height of the lowest point of a shape that stands upright, model space. See input.js; up: axis of its file.
+// Returns the height of the lowest point of a shape that stands upright, model space. See load_shape.js; up: axis of its file.
 export function groundOf({read: {vertices, facets}, up}) {
     const upright = turned((facets ?? {vertices}).vertices, up);
     let y = Infinity;

@@ -2,7 +2,7 @@ import {NORMAL, SAMPLE} from "../kernel/kernel.js";
 import {randomNumbers} from "../kernel/random.js";
 import {demand} from "../read/mesh_parts.js";
 import {SurfaceColors} from "../read/surface_colors.js";
-import {cutTriangle, flatFacets} from "./curved.js";
+import {cutTriangle, flatFacets} from "./curved_surface.js";
 import {crossProducts} from "./face_normals.js";
 import {Surface} from "./surface.js";
 import {Tree} from "./tree.js";
@@ -13,7 +13,7 @@ const PROBES = 2000; // points below the surface, where a mesh must enclose some
 
 export class Shape extends Surface {
     // vertices: Float64Array (3 V); faces: Uint32Array (3 F); colors: of readShape (mesh_file.js), or null; facets: of
-    // curvedFacets (curved.js). Throws MeshError if the mesh encloses no volume.
+    // curvedFacets (curved_surface.js). Throws MeshError if the mesh encloses no volume.
     constructor(vertices, faces, colors = null, facets = flatFacets(vertices, faces)) {
         super();
         this.isExact = true; // its distances

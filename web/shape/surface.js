@@ -1,5 +1,5 @@
 import {DISTANCE, SAMPLE} from "../kernel/kernel.js";
-import {nearbyInTurn} from "./curve.js";
+import {nearbyInTurn} from "./morton_order.js";
 
 // What meshes and point clouds to train on have in common, by their own vertices, surface() and distance().
 export class Surface {

@@ -22,7 +22,7 @@ export function preparePreview() {
     preview ??= new Preview(element("mesh"), (name) => renderer.painter.shader(name));
 }
 
-// Shows a shape. corners: of cornersOf (corners.js).
+// Shows a shape. corners: of cornersOf (preview_buffers.js).
 export function showShape(corners) {
     preview.load(corners);
     turnTo(state.shape.up);

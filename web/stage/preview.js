@@ -22,7 +22,7 @@ export class Preview {
         gl.enable(gl.DEPTH_TEST);
     }
 
-    // Loads the buffers of cornersOf (corners.js).
+    // Loads the buffers of cornersOf (preview_buffers.js).
     load({positions, normals, colors, places, parts, isCloud}) {
         const {gl} = this;
         Object.assign(this, {parts, isCloud, drawn: ""});

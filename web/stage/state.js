@@ -1,6 +1,6 @@
 // What the studio works on, shared by its modules.
 export const state = {
-    // The shape on the stage, or null: {name, center, scale, up, front, read, crease: of withFacets() (input.js), team:
+    // The shape on the stage, or null: {name, center, scale, up, front, read, crease: of withFacets() (load_shape.js), team:
     // its workers, loading: a promise of when they have it, or null}.
     shape: null,
     // The training under way, or null: {isPaused, isStopped, paused: seconds, live: LivePicture or null}.

@@ -2,27 +2,27 @@ import {TrainingError} from "../kernel/training_error.js";
 import {facts} from "../model/facts.js";
 import {pause} from "../model/pause.js";
 import {ModelError} from "../model/safetensors.js";
-import {showExports} from "../save/exports.js";
+import {showExports} from "../save/export_buttons.js";
+import {kindsOf} from "../save/export_formats.js";
 import {filesOfDrop} from "../save/folder.js";
-import {kindsOf} from "../save/kinds.js";
 import {modelFile, trainedModel} from "../save/model_file.js";
 import {provenanceOf} from "../save/provenance.js";
 import {turntableVideo} from "../save/video.js";
 import {groundOf} from "../shape/ground.js";
 import {loadTeam} from "../train/loading.js";
 import {settingsFrom, suitedSettings} from "../train/settings.js";
-import {Team} from "../train/team.js";
 import {trainShape} from "../train/training.js";
+import {Team} from "../train/workers.js";
 import {fillChoices} from "../view/controls.js";
 import {openShapesWith, refuseShape, setTitle, startParsed} from "../view/current_model.js";
 import {element, fail, root, say} from "../view/messages.js";
 import {center, draw, frontOfView, renderer} from "../view/view.js";
 import {lacking} from "./abilities.js";
-import {LivePicture} from "./live.js";
 import {drawBoth, preparePreview, showPicture, showShape, turnTo} from "./picture.js";
 import {follow, judged} from "./progress.js";
 import {factsOfShape, state} from "./state.js";
 import {forget, keep, kept} from "./storage.js";
+import {LivePicture} from "./training_picture.js";
 
 // The studio: trains a dropped shape, while the page draws its field.
 const MOST_WORKERS = 16, MOST_FACES = 4e6; // faces of all workers together, since each has the shape

@@ -7,15 +7,15 @@ import {FLATTEST} from "../model/constants.js";
 import {MeshError} from "../read/mesh_parts.js";
 import {fieldMesh, resolutionFor} from "../save/field_mesh.js";
 import {glbBytes, plyBytes} from "../save/mesh_writer.js";
-import {bendOf} from "../shape/bend.js";
 import {CloudShape} from "../shape/cloud.js";
-import {input, withFacets} from "../shape/input.js";
+import {input, withFacets} from "../shape/load_shape.js";
 import {Shape} from "../shape/shape.js";
+import {bendOf} from "../shape/surface_bend.js";
 import {hardSamples} from "../train/mining.js";
 import {addNested, addNetwork} from "../train/nested.js";
 import {bandPoints, bandSamples, domainSamples, findStrays} from "../train/sampling.js";
 import {traced} from "../train/tracing.js";
-import {cornersOf} from "./corners.js";
+import {cornersOf} from "./preview_buffers.js";
 
 // A worker of a training. It has the shape, draws its own share of the samples, and computes its share of each step.
 const TERMS = ["value", "normal", "distance", "eikonal"]; // of a level's loss, in the kernel's order

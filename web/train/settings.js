@@ -4,7 +4,7 @@ import {ModelError} from "../model/safetensors.js";
 // The settings of a training, from texts in the form of the command line (trainer/settings.py).
 const {presets, omegas: usual, omega_width: usualWidth, texture: widestTexture, limits, config} = facts.studio;
 
-// Returns the settings for trainShape, and `crease` of withFacets (input.js). preset: its name; texts: {levels, omegas,
+// Returns the settings for trainShape, and `crease` of withFacets (load_shape.js). preset: its name; texts: {levels, omegas,
 // crease, seconds, seed}, an empty text is the preset's or the default. Throws ModelError.
 export function settingsFrom(preset, texts) {
     const {levels: sizes, seconds, packed} = presets[preset], levels = levelsOf(texts.levels || sizes);

@@ -3,8 +3,8 @@ import {layersOf, putLayers} from "../kernel/layers.js";
 import {randomNumbers} from "../kernel/random.js";
 import {DELTA_FACTOR, FIRST_GRAY, SEEDS} from "../model/constants.js";
 import {clampToQuantized, quantized} from "../model/quantize.js";
-import {fit} from "./fit.js";
 import {stepperOf} from "./gpu_steps.js";
+import {fit} from "./optimize.js";
 import {leastSteps, stageCosts, stepCost, timer} from "./plan.js";
 
 // The training of a shape: level after level, each frozen before the next begins, then the texture (trainer/train.py).

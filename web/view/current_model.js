@@ -1,5 +1,5 @@
-import {lowestPoint} from "../draw/lowest.js";
-import {memoryOf} from "../draw/memory.js";
+import {lowestPoint} from "../draw/lowest_point.js";
+import {memoryOf} from "../draw/remembered_variant.js";
 import {stepsOf} from "../draw/uniforms.js";
 import {facts, shared} from "../model/facts.js";
 import {ModelError, parseModel} from "../model/safetensors.js";

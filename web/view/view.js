@@ -1,7 +1,7 @@
 import {FOCAL, fromHash, homeOf, matrix, orbited, panned, toHash, zoomed} from "../draw/camera.js";
 import {nextFrame} from "../draw/device.js";
-import {nearAngle} from "../draw/following.js";
 import {Renderer} from "../draw/renderer.js";
+import {nearAngle} from "../draw/reprojection.js";
 import {facts, shared} from "../model/facts.js";
 import {keptInHash, tellHost} from "./embedding.js";
 import {drawing, element, listener, root, uncover} from "./messages.js";

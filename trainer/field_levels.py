@@ -10,9 +10,9 @@ from torch import Tensor
 from ..model.errors import UserError
 from ..model.model import DEFAULT_ITERATIONS, Level, Network
 from . import tracing
+from .held_out_errors import delta, lipschitz
 from .networks.nested import field, field_and_gradient
 from .networks.network import Weights, from_model
-from .quality import delta, lipschitz
 
 POINTS, FEWEST_POINTS = 100_000, 10_000
 """Most and fewest starting points of the search for a zero level set."""

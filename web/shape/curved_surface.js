@@ -1,5 +1,5 @@
-import {ALONG_CREASE, CREASED, DECIMALS_OF_PLACES, MOST_CUTS, MOST_FACETS} from "../model/constants.js";
-import {firstEqual} from "../read/places.js";
+import {ALONG_CREASE, CREASE_SINE_SQUARED, DECIMALS_OF_PLACES, MOST_CUTS, MOST_FACETS} from "../model/constants.js";
+import {firstEqual} from "../read/equal_points.js";
 import {nextHalf, partnersOf} from "./edges.js";
 import {crossProducts, meanNormals, toUnits} from "./face_normals.js";
 
@@ -118,7 +118,7 @@ function toTangent([x, y, z], normals, one, other, to) {
     const d = normals[other], e = normals[other + 1], f = normals[other + 2];
     const lx = b * f - c * e, ly = c * d - a * f, lz = a * e - b * d, squared = lx * lx + ly * ly + lz * lz; // the line
     const along = x * lx + y * ly + z * lz;
-    if (squared > CREASED && along * along > ALONG_CREASE ** 2 * squared * (x * x + y * y + z * z)) {
+    if (squared > CREASE_SINE_SQUARED && along * along > ALONG_CREASE ** 2 * squared * (x * x + y * y + z * z)) {
         to[0] = along / squared * lx;
         to[1] = along / squared * ly;
         to[2] = along / squared * lz;

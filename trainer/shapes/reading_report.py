@@ -10,7 +10,7 @@ from .shape import Doubles
 
 
 @dataclass(frozen=True)
-class Taken:
+class ReadingReport:
     """The facts about an input."""
 
     name: str
@@ -69,7 +69,7 @@ def taken_of(
     turned: int,
     creases: float = 0.0,
     estimated: bool = False,
-) -> Taken:
+) -> ReadingReport:
     """Return the facts about an input, which is upright already. up: the axis of the file that points up."""
     notes = tuple(content.facts.taken)
     if isinstance(content, Mesh):
@@ -83,4 +83,4 @@ def taken_of(
         colors = "" if content.colors is None else "colors of points"
         normals = "estimated" if estimated else "of the file"
     height = float(np.ptp(used[:, 1])) if len(used) else 0.0
-    return Taken(name, meshes, triangles, parts, len(used), normals, colors, notes, up, height, turned, creases)
+    return ReadingReport(name, meshes, triangles, parts, len(used), normals, colors, notes, up, height, turned, creases)

@@ -8,7 +8,7 @@ import trimesh
 
 from mplicits import cli
 from mplicits.mesher.compare import compare
-from mplicits.mesher.truth import in_model_space, normalization, read_mesh
+from mplicits.mesher.read_meshes import in_model_space, normalization, read_mesh
 from mplicits.model.errors import UserError
 
 BALL = trimesh.creation.icosphere(subdivisions=3)

@@ -6,10 +6,10 @@ import numpy as np
 
 from ..model.errors import UserError
 from ..model.model import Model
-from .bar import Bar
 from .extract import extract, extract_model
 from .grid import Grid
 from .model_field import ModelField
+from .progress import Bar
 from .surface import Array, Mesh
 
 RESOLUTION = 256

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from mplicits.mesher import survey
+from mplicits.mesher import surface_line
 from mplicits.mesher.model_field import ModelField
 from mplicits.mesher.surface import Mesh
-from mplicits.mesher.survey import describe_surface
+from mplicits.mesher.surface_line import describe_surface
 from mplicits.model.model import Layer, Level, Model
 
 
@@ -21,7 +21,7 @@ def slabs(omega: float, offset: float) -> Model:
 @pytest.fixture(autouse=True)
 def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
     """Survey on a coarse grid, which is enough for slabs."""
-    monkeypatch.setattr("mplicits.mesher.survey.RESOLUTION", 32)
+    monkeypatch.setattr("mplicits.mesher.surface_line.RESOLUTION", 32)
 
 
 @pytest.mark.parametrize(("omega", "count"), [(3.0, "1 closed component ("), (8.0, "3 closed components (")])
@@ -41,10 +41,10 @@ def test_small_components_beside_the_largest_are_loose(monkeypatch: pytest.Monke
     faces = np.concatenate([sphere.faces + i * len(sphere.vertices) for i in range(4)])
     mesh = Mesh(vertices, faces.astype(np.int64))
     model, fleck, hollow = slabs(4.0, 0.0), vertices[: len(sphere.vertices)], vertices[-len(sphere.vertices) :]
-    monkeypatch.setattr(survey, "extract", lambda *_: mesh)
-    np.testing.assert_array_equal(survey.loose_components(model), np.concatenate((fleck, hollow)))
+    monkeypatch.setattr(surface_line, "extract", lambda *_: mesh)
+    np.testing.assert_array_equal(surface_line.loose_components(model), np.concatenate((fleck, hollow)))
     monkeypatch.setattr(ModelField, "in_bands", lambda self, points: points[:, 0] < 0.5)
-    np.testing.assert_array_equal(survey.loose_components(model), hollow)
+    np.testing.assert_array_equal(surface_line.loose_components(model), hollow)
     nothing = Mesh(mesh.vertices[:0], mesh.faces[:0])
-    monkeypatch.setattr(survey, "extract", lambda *_: nothing)
-    assert not len(survey.loose_components(model))
+    monkeypatch.setattr(surface_line, "extract", lambda *_: nothing)
+    assert not len(surface_line.loose_components(model))

@@ -12,7 +12,7 @@ import {tinyText} from "./tiny_export.js";
 
 // What a trained shape can be saved as.
 
-// Returns kinds for showExports (exports.js). shape, result: see state.js; model: of trainedModel(), with its ground;
+// Returns kinds for showExports (export_buttons.js). shape, result: see state.js; model: of trainedModel(), with its ground;
 // video: returns a promise of a WebM Blob.
 export function kindsOf(shape, result, model, video) {
     const hash = hashOf(result.bytes.buffer);

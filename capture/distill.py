@@ -12,7 +12,7 @@ from ..model.errors import UserError
 from ..model.model import DEFAULT_ITERATIONS, Level, Model, Network
 from ..trainer import texture
 from ..trainer.config import default_config
-from ..trainer.measured import zero_set
+from ..trainer.field_levels import zero_set
 from ..trainer.networks.callback import Report, TrainingProgress
 from ..trainer.networks.fit import Budget, Task, fit
 from ..trainer.networks.nested import field_and_gradient, in_band

@@ -1,7 +1,7 @@
 import {readShape} from "../read/mesh_file.js";
 import {demand} from "../read/mesh_parts.js";
 import {cornerNormals} from "./creases.js";
-import {curvedFacets, flatFacets} from "./curved.js";
+import {curvedFacets, flatFacets} from "./curved_surface.js";
 import {EXAMPLES} from "./examples.js";
 import {faceOutwards} from "./facing.js";
 
@@ -18,7 +18,7 @@ export async function input(files, example) {
 
 // Adds the facets to train on to a shape of input(), and moves both to the model space of the facets: a curved surface
 // may bulge beyond its mesh. crease: least angle of a crease, degrees; null for flat faces. Returns {read, corners}: the
-// shape with `facets` of curvedFacets (curved.js), null for a cloud; normals of its faces' corners, as of cornerNormals
+// shape with `facets` of curvedFacets (curved_surface.js), null for a cloud; normals of its faces' corners, as of cornerNormals
 // (creases.js), or null.
 export function withFacets(read, crease) {
     const {vertices, faces, normals, center, scale} = read;

@@ -1,4 +1,4 @@
-import {memoryOf} from "../draw/memory.js";
+import {memoryOf} from "../draw/remembered_variant.js";
 import {parameterCount} from "../kernel/kernel.js";
 import {facts} from "../model/facts.js";
 import {pause} from "../model/pause.js";

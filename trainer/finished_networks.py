@@ -15,10 +15,10 @@ from ..model.model import DEFAULT_ITERATIONS, DEFAULT_STEP_BOUND, Level, Model, 
 from ..model.orientation import DEFAULT_UP
 from ..model.surface_figures import SurfaceRecord
 from ..model.value_types import fits
+from .held_out_errors import Quality
 from .networks.fit import Outcome
 from .networks.network import Weights, from_model, to_model
 from .networks.snapshot import Snapshot
-from .quality import Quality
 from .settings import Settings
 from .shapes.shape import Shape
 
