@@ -56,7 +56,6 @@ _PLACES = {
         ),
         "api.functions",
     ),
-    **dict.fromkeys(("photos", "report", "train", "unproject"), "api.functions"),
 }
 """Name -> its module, which the first use imports."""
 __all__ = sorted(_PLACES)  # noqa: PLE0605 (the imports above are for type checkers)

@@ -34,6 +34,7 @@ PACKED = "packed"
 """Name of the tensor of packed weights, and of the key under `model` with the sizes of the networks."""
 TRAINING = "training"
 """Metadata key, and prefix of tensors' names (with a dot), of the state of an interrupted training. `load` skips it."""
+# Keys of files keep their spelling.
 MODEL_KEYS = {"name": str, "levels": list, "inputs": str, "centre": list, "scale": float, "provenance": dict}
 """Required keys of the JSON object under the metadata key `model` -> type; see `Model`.
 

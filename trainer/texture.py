@@ -15,7 +15,7 @@ from .training_samples import Batches, Pool
 
 GRAY = 0.5
 """Mid-gray, in every channel."""
-TERMS = "colour", "along"
+TERMS = "colour", "along"  # keys of logs, which keep their spelling
 """Names of the loss's terms, in the order of `texture_loss`."""
 
 

@@ -19,6 +19,7 @@ IDLE = 0.97  # a network has collapsed if its mean loss exceeds this share of th
 WINDOW = 50  # steps of the mean loss, and the fewest checked steps of a collapse
 RESTARTS = 3  # most restarts of one network
 SLOWER = 3.0  # each restart divides the rate by this
+STATE_KEY = "optimiser"  # in checkpoints, which keep this spelling
 
 Step = Callable[[Weights], float]
 """Adds the gradients of one batch's loss to the weights' .grad. Returns the loss."""
@@ -251,13 +252,13 @@ class _Attempt:
         tried = {"rate": self._task.rate, "restarts": self._restarts}
         tensors = {f"weight.{i}": w for i, w in enumerate(self._bare)}
         draws = Snapshot() if self._task.draws is None else self._task.draws.snapshot().inside("draws")
-        return Snapshot(numbers, tensors) | self._optimizer.snapshot().inside("optimiser") | draws | Snapshot(tried)
+        return Snapshot(numbers, tensors) | self._optimizer.snapshot().inside(STATE_KEY) | draws | Snapshot(tried)
 
     def _restore(self, resume: Snapshot) -> None:
         with torch.no_grad():
             for i, weight in enumerate(self._weights):
                 weight.copy_(resume.tensor(f"weight.{i}", weight))
-        self._optimizer.restore(resume.of("optimiser"))
+        self._optimizer.restore(resume.of(STATE_KEY))
         if self._task.draws is not None:
             self._task.draws.restore(resume.of("draws"))
         self.steps, self.share = resume.whole("steps"), resume.real("fraction")

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ...readers.content import Cloud, Mesh
-from .shape import Doubles
+from ...readers.values import Doubles
 
 
 @dataclass(frozen=True)

@@ -2,14 +2,13 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from .reading_report import ReadingReport
+from .reading_report import ReadingReport
 
 Doubles = NDArray[np.float64]
 
@@ -71,7 +70,7 @@ class Shape(Surface, Protocol):
     """Whether the shape depends on a time in [0, 1]; `surface`, `inputs` and `distance` then use points (N, 4)."""
     source: dict[str, Any]
     """The input's record in the model's provenance: file name and sha256."""
-    taken: "ReadingReport | None"
+    taken: ReadingReport | None
     """What was taken from the input, for people; None for shapes that are not of one file."""
 
 
