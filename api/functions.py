@@ -178,13 +178,13 @@ def evaluate(model: Field | str | Path, shape: str | Path, options: EvalOptions)
     mesh that is the ground truth. Raises UserError.
     """
     from ..mesher.evaluation import evaluate as compare
-    from ..model.mesh_file import SUFFIXES
+    from ..model.endings import MESHES
 
     truth = path_of(shape, "shape")
     if isinstance(model, Field):
         return compare(model.model, truth, options)
     path = model_path(str(model))
-    return compare(path if path.suffix.lower() in SUFFIXES else load_model(path), truth, options)
+    return compare(path if path.suffix.lower() in MESHES else load_model(path), truth, options)
 
 
 def report(

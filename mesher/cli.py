@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..model.endings import MESH_NAMES
 from ..model.gallery import model_help, model_path
 from ..model.options import argument, option
 from ..model.surface_figures import FAR
@@ -78,7 +79,7 @@ class EvalCommand(EvalOptions):
     """Command line of `eval`."""
 
     model: Path = argument("M", "model file (.safetensors), a name of the gallery, or a mesh to compare", model_path)
-    shape: Path = argument("SHAPE", "ground truth: a mesh, PLY OBJ STL GLB")
+    shape: Path = argument("SHAPE", f"ground truth: a mesh ({MESH_NAMES})")
     json: bool = option(False, "print one JSON object")
 
 
@@ -86,13 +87,13 @@ def _eval(command: EvalCommand) -> None:
     """Compare a model, or a mesh, with its ground truth. Raises UserError."""
     from dataclasses import asdict
 
+    from ..model.endings import MESHES
     from ..model.files import show
-    from ..model.mesh_file import SUFFIXES
     from ..model.model_file import load
     from .evaluation import evaluate
 
     path = command.model
-    evaluation = evaluate(path if path.suffix.lower() in SUFFIXES else load(path), command.shape, command)
+    evaluation = evaluate(path if path.suffix.lower() in MESHES else load(path), command.shape, command)
     figures, field, curved = evaluation.figures, evaluation.field, evaluation.curved
     if command.json:
         more = {"field": field, "curved": curved}

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .endings import SHAPES
 from .errors import UserError
 from .files import show
 
@@ -16,17 +17,6 @@ DEEPEST, LARGEST = 64, 1e300
 """Largest depth of JSON, and bound of its numbers."""
 WIDEST = 4096
 """Largest number of outputs of a layer."""
-SHAPES = {
-    ".obj": "a mesh",
-    ".stl": "a mesh",
-    ".glb": "a mesh",
-    ".gltf": "a mesh",
-    ".off": "a mesh",
-    ".3mf": "a mesh",
-    ".ply": "a mesh or a point cloud",
-    **dict.fromkeys((".xyz", ".npz", ".csv", ".txt", ".asc", ".pts", ".pcd", ".las", ".laz", ".e57"), "a point cloud"),
-}
-"""Suffix of a file with a shape, in lower case -> its content."""
 
 _SMALLEST, _LARGEST = float(np.finfo(np.float32).tiny), float(np.finfo(np.float32).max)
 _TYPE_NAMES = {str: "a text", list: "a list", dict: "an object of keys and values", int: "a whole number"}

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..model.endings import MESHES
 from ..model.errors import UserError
 from ..model.files import is_file, show
-from ..model.mesh_file import SUFFIXES
 from .content import Mesh
 from .read import read_shape
 from .values import CornerValues
@@ -28,8 +28,8 @@ def load_mesh(path: Path, why: str = "", *, follow: bool = False) -> "trimesh.Tr
     label = show(path.name)
     if not is_file(path):
         raise UserError(f"{show(path)}: no such file")
-    if path.suffix.lower() not in SUFFIXES:
-        raise UserError(f"{label}: not a mesh by its suffix; this program reads {' '.join(SUFFIXES)}")
+    if path.suffix.lower() not in MESHES:
+        raise UserError(f"{label}: not a mesh by its suffix; this program reads {' '.join(MESHES)}")
     import trimesh
 
     content = read_shape(path, follow=follow)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from ..model.endings import CLOUD_NAMES, MESH_NAMES
 from ..model.options import Options, argument, option
 from ..model.verb import force_option, output_option
 from .options import CheckOptions, MorphOptions, TrainOptions
@@ -14,10 +15,8 @@ RESUME_HELP = (
     "continue the interrupted training of NAME.part.safetensors, or else the model in the output file: finish an "
     "interrupted level, add missing levels"
 )
-SHAPE_HELP = (
-    "a mesh (PLY OBJ STL GLB glTF OFF 3MF), a point cloud (PLY XYZ CSV NPZ OBJ PCD LAS E57), or the word `demo`"
-)
-END_HELP = "a mesh (PLY OBJ STL GLB), a model (.safetensors), a name of the gallery, or the word `demo`"
+SHAPE_HELP = f"a mesh ({MESH_NAMES}), a point cloud ({CLOUD_NAMES}), or the word `demo`"
+END_HELP = f"a mesh ({MESH_NAMES}), a model (.safetensors), a name of the gallery, or the word `demo`"
 
 
 @dataclass(frozen=True)

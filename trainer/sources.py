@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..model.endings import MESH_NAMES, MESHES
 from ..model.errors import UserError
 from ..model.files import is_folder, path_of, show
 from ..model.gallery import SUFFIX, model_path
-from ..model.mesh_file import SUFFIXES
 from ..model.model import Model
 from ..model.model_file import load
 from ..model.orientation import DEFAULT_UP, FILES_UP
@@ -81,9 +81,9 @@ def frames_source(folder: str | Path | Arrays, options: TrainingOptions) -> Sour
     folder = Path(folder)
     if not is_folder(folder):
         raise UserError(f"{show(folder)}: not a folder; --time needs a folder of meshes")
-    paths = sorted(path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES and path.is_file())
+    paths = sorted(path for path in folder.iterdir() if path.suffix.lower() in MESHES and path.is_file())
     if len(paths) < 2:
-        raise UserError(f"{show(folder)}: {len(paths)} meshes (PLY OBJ STL GLB); a motion needs at least two moments")
+        raise UserError(f"{show(folder)}: {len(paths)} meshes ({MESH_NAMES}); a motion needs at least two moments")
 
     def load_moments(progress: TrainingProgress, _: str) -> Loaded:
         shapes, warnings = _shapes([str(path) for path in paths], None, options, progress)
@@ -124,7 +124,7 @@ def morph_source(
 
 def _end_path(name: str) -> str:
     """Return the path of a mesh or a model, or "demo". Raises UserError."""
-    return name if name == "demo" or Path(name).suffix.lower() in SUFFIXES else str(model_path(name))
+    return name if name == "demo" or Path(name).suffix.lower() in MESHES else str(model_path(name))
 
 
 def _shapes(

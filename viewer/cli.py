@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..model.endings import MESH_NAMES
 from ..model.errors import UserError
 from ..model.gallery import model_help, model_path
 from ..model.options import argument, option
@@ -88,7 +89,7 @@ class ViewCommand(ViewerOptions):
     size: int | str | tuple[int, int] = option("1120x720", "pixels of the window, WxH or N", metavar="WxH")
     shade: str = option("studio", "shading", choices=SHADES)
     mesh: str | Path | None = option(
-        None, "mesh (PLY OBJ STL GLB) whose edges and faces the panel can show", metavar="LOW.ply"
+        None, f"mesh ({MESH_NAMES}) whose edges and faces the panel can show", metavar="LOW.ply"
     )
     watch: bool = option(False, "load the file again when it changes")
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from ..codegen.targets.orbit import AZIMUTH, ELEVATION, FOV
 from ..codegen.targets.samples import SHARE
+from ..model.endings import MESH_NAMES
 from ..model.errors import UserError
 from ..model.options import Options, option
 from ..model.references import follow_option
@@ -68,7 +69,7 @@ class ViewerOptions(RenderOptions, CameraOptions):
     )
     mesh: str | Path | None = option(
         None,
-        "mesh (PLY OBJ STL GLB) to draw in place of the model, with the normals of --normal-level",
+        f"mesh ({MESH_NAMES}) to draw in place of the model, with the normals of --normal-level",
         metavar="LOW.ply",
     )
     space: str | None = option(

@@ -132,6 +132,7 @@ def packed(page: Page) -> Baked:
     outer = {
         "version": installed_version(),
         "policy": policy,
+        "css": _style(read("view/packed.css")),
         "about": " ".join(_about(page).split()),
         "poster": page.poster,
         "unseen": _unseen(page),

@@ -15,7 +15,8 @@ from ..field.cell_search import FIRST, MISSED
 from ..field.cells import LOOKUPS
 from ..field.openness import EVALUATIONS
 from ..model import packed_weights, range_coder
-from ..model.checks import SHAPES, WIDEST
+from ..model.checks import WIDEST
+from ..model.endings import SHAPES
 from ..model.model import DEFAULT_STEP_BOUND, MOST_ITERATIONS, STEP_BOUNDS
 from ..model.model_file import FORMAT, TRAINING, VERSION
 

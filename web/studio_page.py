@@ -8,6 +8,7 @@ from typing import Any
 from .. import glsl
 from ..codegen.printers.field import plain_color
 from ..codegen.targets.baked import Baked
+from ..model.endings import IN_PAGE
 from ..model.model import Model
 from ..model.orientation import UPRIGHT
 from ..trainer.config import TrainingConfig, default_config
@@ -26,6 +27,8 @@ SECONDS = {"tiny": 10, "small": 30, "base": 60}
 """Default seconds of a training."""
 CONFIG = ("loss", "step", "sampling", "mining", "texture", "measuring", "budget", "bend")
 """Parts of `TrainingConfig` of which the page reads something."""
+COMPANIONS = (".mtl", ".bin", ".png", ".jpg", ".jpeg", ".webp")
+"""Endings of the files that a mesh may name."""
 LIMITS = {"width": 256, "depth": 7, "levels": 8}
 """Limits of levels; the kernel's arrays hold 8 layers of sines."""
 
@@ -62,7 +65,7 @@ def parts(config: TrainingConfig | None = None, fixed: dict[str, Any] | None = N
         facts=page.text_facts()
         | {"studio": page_facts(config, fixed) | {"viewer": of_viewer, "tiny": tiny_page.page_facts()}},
         policy=policy,
-        accept=".obj,.mtl,.png,.jpg,.jpeg,.webp,.ply,.stl,.glb,.gltf,.bin,.xyz,.safetensors",
+        accept=",".join((*IN_PAGE, *COMPANIONS, ".safetensors")),
         open="Open a file",
         hint="Drop a mesh, a point cloud or a .safetensors model anywhere.",
         description="Drop a mesh or a point cloud: it trains in the browser to a small neural distance function.",
@@ -94,6 +97,7 @@ def page_facts(config: TrainingConfig | None = None, fixed: dict[str, Any] | Non
         "texture": [*lengths.texture_network, lengths.texture_omega],
         "limits": LIMITS,
         "upright": UPRIGHT,
+        "endings": IN_PAGE,
         "plain": plain_color(),
     }
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from ...codegen.targets.glsl330 import bake
 from ...codegen.targets.read_shader import read_shader
 from ...codegen.targets.shader import Shader
-from ...model.checks import SHAPES
+from ...model.endings import SHAPES
 from ...model.errors import UserError
 from ...model.files import regular, show
 from ...model.model import Model

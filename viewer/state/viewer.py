@@ -4,9 +4,9 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from ...model.endings import MESHES
 from ...model.errors import UserError
 from ...model.files import show
-from ...model.mesh_file import SUFFIXES as MESH_SUFFIXES
 from ..draw.compile import ShaderError
 from ..draw.context import Context
 from ..draw.options import RenderOptions
@@ -179,7 +179,7 @@ class Viewer:
             self.work.cancel_drawing()
             if self.overlay is not None:
                 self.overlay.release()
-            mesh = MeshSource(training.shape) if training.shape.suffix.lower() in MESH_SUFFIXES else None
+            mesh = MeshSource(training.shape) if training.shape.suffix.lower() in MESHES else None
             self.overlay = None if mesh is None else Overlay(self.context, mesh, self._storage)
             self.renderer.edges, self.view.mesh = None, MESH_MODES[0]
             self.files.unwatch()

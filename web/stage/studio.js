@@ -30,7 +30,6 @@ const LEFT_SHARE = 0.5; // of the seconds, that remains for the training after t
 const LONGER_FROM = 0.6; // share of the last level's schedule at which "Train longer" begins again
 const hasOwnModel = root.dataset.state !== "empty"; // of `bake --studio`; its page opens without the invitation
 const UPS = Object.keys(facts.studio.upright);
-const READABLE = /\.(obj|ply|stl|glb|gltf|xyz)$/i;
 const NOTICED = 2500; // milliseconds
 const CONTROLS = /[\p{C}\p{Zl}\p{Zp}]/gu;
 
@@ -38,7 +37,7 @@ let report = "", notice = ""; // the bar's line, and one that covers it for a mo
 
 // Opens the files of a shape, and trains it. Errors of the shape become messages.
 async function openShapeFiles(files) {
-    const [largest] = files.filter(({name}) => READABLE.test(name)).sort((a, b) => b.size - a.size);
+    const [largest] = files.filter(({name}) => facts.studio.endings.some((ending) => name.toLowerCase().endsWith(ending))).sort((a, b) => b.size - a.size);
     if (!largest) refuseShape(files);
     if (lacking()) throw new ModelError(lacking());
     await freeStage(largest.name);

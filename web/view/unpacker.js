@@ -15,13 +15,11 @@
     const all = new Uint8Array(await new Response(stream).arrayBuffer());
     const end = all.indexOf(0), text = (bytes) => new TextDecoder().decode(bytes), html = text(all.subarray(0, end));
     const base64 = (bytes) => btoa(Array.from(bytes, (c) => String.fromCharCode(c)).join(""));
-    const filled = html.replace(/\x01(\w)(\d*),?(\w*)\x01/g, (_, letter, at, count) => {
-        const bytes = all.subarray(end + 1 + Number(at), end + 1 + Number(at) + Number(count));
-        return letter === "p" ? element("poster").src : (letter === "t" ? text : base64)(bytes);
-    });
+    const parts = all.subarray(end + 1), poster = element("poster").src;
     globalThis.packedPage = {outer, html};
     document.open();
-    document.write(filled);
+    document.write(html.replace(/\x01(.)(\d*),?(\d*)\x01/g, (_, letter, at, count) => (
+        letter === "p" ? poster : (letter === "t" ? text : base64)(parts.subarray(at, Number(at) + Number(count))))));
     document.close();
 })().catch(() => {
     document.getElementById("note").textContent = globalThis.DecompressionStream
