@@ -253,7 +253,7 @@ def test_the_policy_holds_in_firefox(xvfb: dict[str, str], hosted: tuple[str, li
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("zopfli")
-@pytest.mark.parametrize(("name", "most"), [("spot-small", 64_500), ("spot", 110_000)])
+@pytest.mark.parametrize(("name", "most"), [("spot-small", 65_000), ("spot", 110_000)])
 def test_pages_of_the_gallery_are_light(name: str, most: int) -> None:
     needs.package("minify")
     text = TARGETS["html"](load(model_path(name)))
