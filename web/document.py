@@ -157,6 +157,7 @@ def _html(page: Page, parts: Parts, head: str) -> tuple[str, list[str]]:
     """
     more = page.studio or Studio()
     viewer, studio, entry = _scripts(page.studio)
+    running = viewer + parts.text(studio) + entry  # first of the parts: near to scripts, scripts have few bytes
     early = minified(short_script(read("view/before_paint.js")))
     style = _PLACE.sub(lambda match: PALETTES[match[1]], read("view/page.css"))
     slots = {
@@ -171,7 +172,7 @@ def _html(page: Page, parts: Parts, head: str) -> tuple[str, list[str]]:
         "weights": parts.mark("b", page.data) if page.data else "",
         "shaders": "\n".join(_element(SHADER, name, short_shader(text)) for name, text in page.shaders.items()),
         "elements": parts.text(_outdented(more.bar)) + "".join(_of_studio(element, parts) for element in more.elements),
-        "js": viewer + parts.text(studio) + entry,
+        "js": running,
         **{key: html.escape(getattr(more, key)) for key in ("accept", "open", "hint")},
     }
     return _filled(_outdented(read("view/page.html")), slots), [early, viewer + entry, viewer + studio + entry]

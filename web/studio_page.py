@@ -58,9 +58,9 @@ def parts(config: TrainingConfig | None = None, fixed: dict[str, Any] | None = N
         bar=read("stage/bar.html"),
         elements=(
             Element("worker", "text/x-worker", squeezed(short_script(script(modules("worker.js"))))),
-            Element("kernel", "application/octet-stream", kernel()),
             Element("step.wgsl", "x-shader/x-compute", short_shader(read("kernel/step.wgsl"))),
             *(Element(name, SHADER, short_shader(glsl.read(name))) for name in ("preview.vert.glsl", "preview.glsl")),
+            Element("kernel", "application/octet-stream", kernel()),
         ),
         facts=page.text_facts()
         | {"studio": page_facts(config, fixed) | {"viewer": of_viewer, "tiny": tiny_page.page_facts()}},
