@@ -83,10 +83,8 @@ def train(shape: "str | Path | Arrays", options: TrainArguments) -> Field:
     prepare_openmp()
     from ..trainer.sources import frames_source, shape_source
 
-    trained = _trained(frames_source(shape, options) if options.time else shape_source(shape, options), options)
-    if options.bits is None or trained.model.provenance["interrupted"]:
-        return trained
-    return trained.pack(options.bits)
+    source = frames_source(shape, options) if options.time else shape_source(shape, options)
+    return _trained(source, options, options.bits)
 
 
 @takes(CheckOptions)
@@ -116,10 +114,10 @@ def morph(first: Field | str | Path, second: Field | str | Path, options: MorphA
     return _trained(morph_source(ends[0], ends[1], lambda model: surface_of(model, options.quiet), options), options)
 
 
-def _trained(source: "Source", options: TrainArguments | MorphArguments) -> Field:
-    """Train, show each level as `options` say, and return the model."""
+def _trained(source: "Source", options: TrainArguments | MorphArguments, bits: str | float | None = None) -> Field:
+    """Train, show each level as `options` say, and return the model. bits: of `train`."""
     from ..trainer.session import train as train_source
-    from .hooks import loose_components
+    from .hooks import loose_components, pack
 
     preview = Preview() if options.preview is True else None
     draw = pictures(path_of(options.preview, "--preview")) if options.preview and options.preview is not True else None
@@ -139,7 +137,13 @@ def _trained(source: "Source", options: TrainArguments | MorphArguments) -> Fiel
 
     resume = options.resume.model if options.resume is not None else False
     model = train_source(
-        source, options, resume=resume, callback=options.callback, on_level=on_level, components=loose_components
+        source,
+        options,
+        resume=resume,
+        callback=options.callback,
+        on_level=on_level,
+        components=loose_components,
+        finish=None if bits is None else lambda model: pack(model, bits),
     )
     with suppress(UserError):  # The preview of the last level has said so.
         show(model)

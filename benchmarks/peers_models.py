@@ -26,7 +26,7 @@ from mplicits.trainer.settings import PRESETS, Settings
 from mplicits.trainer.shapes.shape import Shape
 from mplicits.trainer.train import Training
 from mplicits.web import tiny_page
-from mplicits.web.short_weights import short_weights
+from mplicits.web.weights import short_weights
 from peers_surface import Surface
 
 STEPS = (1000, 2000)

@@ -122,12 +122,9 @@ def _run(
         on_level=draw,
         components=hooks.loose_components,
         on_read=on_read,
+        finish=None if bits is None else lambda model: hooks.pack(model, bits),
     )
     if bits is not None and not model.provenance["interrupted"]:
-        from ..model.model_file import save
-
-        model = hooks.pack(model, bits)
-        save(model, output)
         print(f"{show(output)}: {output.stat().st_size:,} bytes, packed", file=sys.stderr)
     if files.json:
         print(json.dumps(figures(model, output) | {"input": read}))

@@ -12,6 +12,7 @@ from ..model.orientation import UPRIGHT
 from ..model.references import follow_option
 from ..readers.column_names import parse_columns
 from . import settings as parse
+from .config import LossWeights
 from .settings import DEFAULT_PRESET, PRESETS, Settings
 
 MOST_SECONDS = 1e7
@@ -104,8 +105,7 @@ class TrainingOptions(Options):
     )
     weights: str | Mapping[str, float] | None = option(
         None,
-        "weights of the loss: value, normal, eikonal (Eq. 4), distance (off the surface), length (times eikonal, "
-        "on the surface)",
+        f"weights of the loss: {', '.join(LossWeights.__dataclass_fields__)} (trainer/config.py)",
         metavar="NAME=X,..",
         study=True,
         group="training",

@@ -38,6 +38,7 @@ def train(
     on_level: Callable[[Model], object] | None = None,
     components: ComponentsOfModel | None = None,
     on_read: Callable[[dict[str, Any]], object] | None = None,
+    finish: Callable[[Model], Model] | None = None,
 ) -> Model:
     """Train a model of a shape, and return it. The user's seconds count from now.
 
@@ -45,7 +46,7 @@ def train(
     interrupted training of `output`, or else the model in `output`. live: print progress as JSON, and save after every
     level. callback: receives the progress; its KeyboardInterrupt ends the training, which keeps its weights.
     on_level: receives the model after every level. components: as in `Training`. on_read: receives what was read
-    of the shape, and the warnings, for JSON.
+    of the shape, and the warnings, for JSON. finish: rounds the weights of a finished model, before it is saved.
 
     Raises UserError, and KeyboardInterrupt where Ctrl-C came before there was anything to save.
     """
@@ -80,6 +81,13 @@ def train(
     model = training.run(previous, snapshot)
     for line in remarks(model.provenance):
         progress.say(f"warning: {line}")
+    if finish is not None and not training.interrupted:
+        try:
+            model = finish(model)
+        except UserError:
+            if output is not None:
+                _save(model, output)
+            raise
     if output is not None and part is not None:
         _save(model, output)
         if training.interrupted:

@@ -21,7 +21,7 @@ from .facts import facts_json
 from .minified import minified, short_names, short_shader
 from .page import model_bytes, poster_url
 from .scene import scene_facts, texel_bytes
-from .short_weights import ShortWeights, coded_weights, page_weights, short_weights
+from .weights import ShortWeights, coded_weights, page_weights, short_weights
 
 ENTRIES = ("define.js", "mesh.js", "models.js")
 """The scripts with what the module exports, and with all that they import."""

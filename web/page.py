@@ -34,7 +34,7 @@ from ..model.version import installed_version
 from .document import NO_PICTURE, Page, Studio, packed
 from .facts import PAGE_PASSES
 from .scene import scene_facts, texel_bytes
-from .short_weights import page_weights, short_weights
+from .weights import page_weights, short_weights
 
 POSTER_SIDE = 160
 """Pixels along each side of the picture that the page shows before its first frame."""
@@ -71,7 +71,7 @@ def page_of(
 
     storage: "texture" stores the weights in a texture. "auto" also compiles them as literals, for networks up to 64
     wide, and keeps the faster variant; "literal" does so for wider networks too. digits: decimals of the weights, None
-    for all. Weights are short whole numbers where that keeps the field (short_weights.py), unless they are 16-bit
+    for all. Weights are short whole numbers where that keeps the field (weights.py), unless they are 16-bit
     floats. poster: include a small picture of the model, which takes seconds to draw. shade: initial shading, one of
     OPENING_SHADES. studio: what the page that trains has beyond. address, preview: see `about`. Raises UserError for
     another storage.

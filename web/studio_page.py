@@ -1,7 +1,7 @@
 """The studio: the page of a model, extended by the training of dropped meshes. Its HTML is in stage/."""
 
 import re
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from importlib.resources import files
 from typing import Any
 
@@ -11,7 +11,7 @@ from ..codegen.targets.baked import Baked
 from ..model.endings import IN_PAGE
 from ..model.model import Model
 from ..model.orientation import UPRIGHT
-from ..trainer.config import TrainingConfig, default_config
+from ..trainer.config import LossWeights, TrainingConfig, default_config
 from ..trainer.options import CREASE
 from ..trainer.settings import DEFAULT_PRESET, PRESETS
 from . import page, tiny_page
@@ -81,6 +81,8 @@ def page_facts(config: TrainingConfig | None = None, fixed: dict[str, Any] | Non
     """Return the facts of the studio, `facts.studio` in the scripts. config, fixed: see `studio`."""
     config = config or default_config()
     words = set(re.findall(r"\w+", short_script(script((*modules("worker.js"), *_further_modules())))))
+    if missing := [each.name for each in fields(LossWeights) if each.name not in words]:
+        raise ValueError(f"the page has no loss weight {missing[0]}; add it to siren.c, step.wgsl and kernel.js")
     lengths = config.lengths
     presets = {
         name: {"label": label, "levels": PRESETS[name].levels, "packed": PRESETS[name].packed, "seconds": SECONDS[name]}

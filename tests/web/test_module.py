@@ -16,7 +16,7 @@ from mplicits.model.errors import UserError
 from mplicits.model.model_file import to_bytes
 from mplicits.web.minified import short_names
 from mplicits.web.module import baked
-from mplicits.web.short_weights import MOST_ERROR, coded_weights
+from mplicits.web.weights import MOST_ERROR, coded_weights
 from support import needs
 from support.browser import PATIENCE, listen
 from support.firefox import firefox

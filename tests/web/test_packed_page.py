@@ -25,7 +25,7 @@ from mplicits.web import page, studio_page
 from mplicits.web.bundle import modules, script, sources
 from mplicits.web.document import Studio, packed
 from mplicits.web.minified import minified, short_script
-from mplicits.web.short_weights import MOST_ERROR, short_weights
+from mplicits.web.weights import MOST_ERROR, short_weights
 from support import needs
 from support.browser import PATIENCE, visit
 from support.firefox import firefox

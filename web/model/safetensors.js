@@ -10,7 +10,7 @@ const LARGEST = 3.4028234663852886e38, SMALLEST = 1.1754943508222875e-38; // of 
 // Returns {name, inputs, front, credit, levels: [{network, delta, iterations, bounds}], texture, parameters}. front:
 // [azimuth, elevation] in degrees, or null; a network is a list of layers {rows, columns, weight, bias}; texture: a
 // network or null; parameters: number of weights and biases. own: whether it is the page's own model, whose
-// weights may be short (web/short_weights.py). Throws ModelError.
+// weights may be short (web/weights.py). Throws ModelError.
 export function parseModel(buffer, own = false) {
     const header = readHeader(buffer), {__metadata__, ...entries} = header.entries, metadata = __metadata__ ?? {};
     refuse(metadata.format !== FORMAT.name, `not an ${FORMAT.name} model (metadata key 'format')`);
