@@ -113,6 +113,12 @@ def _run(
         check_writable(output)  # it may be a file that the shape names
         read.update(facts)
 
+    exact: list[Model] = []
+
+    def finish(model: "Model") -> "Model":
+        exact.append(model)
+        return model if bits is None else hooks.pack(model, bits)
+
     model = train(
         source,
         options,
@@ -122,14 +128,15 @@ def _run(
         on_level=draw,
         components=hooks.loose_components,
         on_read=on_read,
-        finish=None if bits is None else lambda model: hooks.pack(model, bits),
+        finish=finish,
     )
     if bits is not None and not model.provenance["interrupted"]:
         print(f"{show(output)}: {output.stat().st_size:,} bytes, packed", file=sys.stderr)
+    trained = exact[0] if exact else model  # a packed file lacks some figures
     if files.json:
-        print(json.dumps(figures(model, output) | {"input": read}))
+        print(json.dumps(figures(trained, output) | {"input": read}))
     else:
-        print(summary(model, output))
+        print(summary(trained, output))
     if draw is not None:
         Preview(draw, lambda line: print(line, file=sys.stderr)).after_level(lambda: model)
     if by := ended_by():

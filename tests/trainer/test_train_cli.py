@@ -16,7 +16,8 @@ from mplicits import cli
 from mplicits.api import pictures
 from mplicits.model.errors import UserError
 from mplicits.model.model import Model, shape_of
-from mplicits.model.model_file import load
+from mplicits.model.model_file import load, save
+from mplicits.model.packed_weights import pack
 from mplicits.model.surface_figures import surface_record
 from mplicits.trainer import settings
 from mplicits.trainer.config import DefaultLengths
@@ -71,6 +72,24 @@ def test_omega_weights_and_seed_are_in_the_provenance(ball: str) -> None:
     assert provenance["seed"] == 3
     assert provenance["settings"]["omegas"] == [5.0, 7.0]
     assert provenance["settings"]["weights"] == {"normal": 7.0}
+
+
+@pytest.mark.slow
+def test_a_finished_model_is_rounded_before_it_is_saved(
+    ball: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    saved: list[Model] = []
+
+    def counted(model: Model, path: Path) -> None:
+        saved.append(model)
+        save(model, path)
+
+    monkeypatch.setattr("mplicits.trainer.session.save", counted)
+    assert cli.main(["train", ball, "-o", "m.safetensors", *QUICK, "--bits", "8"]) == 0
+    assert len(saved) == 1
+    assert pack(load(Path("m.safetensors")).networks()) is not None
+    assert "bytes, packed" in capsys.readouterr().err
+    assert pack(mplicits.train(ball, levels="8x0,8x1", steps=20, quiet=True, bits=8).model.networks()) is not None
 
 
 def test_resuming_adds_a_level(ball: str) -> None:
