@@ -9,7 +9,7 @@ from mplicits.viewer.draw.camera import Camera
 from oracles.dense import dense_march
 
 STOP = 0.05
-"""Pixels: a ray that passes the surface closer than this may count as a hit or not (glsl/march.glsl)."""
+"""Pixels: a ray that passes the surface closer than this may count as a hit or not (glsl/functions/march.glsl)."""
 
 STRETCH = 32
 """Points of a stretch of a ray that are evaluated."""

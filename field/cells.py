@@ -1,4 +1,4 @@
-"""A grid of cells that marks empty space and stores the distance elsewhere: rays skip by it (glsl/skip.glsl)."""
+"""A grid of cells that marks empty space and stores the distance elsewhere: rays skip by it (skip.glsl)."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from .interpret import field
 COUNT = 128
 """Cells along an edge, a power of 2."""
 LOOKUPS = 512
-"""Largest number of lookups of the grid for one ray (glsl/skip.glsl)."""
+"""Largest number of lookups of the grid for one ray (glsl/functions/skip.glsl)."""
 NEAR, NEAR_IN_FILE = 1.0, 2.0
 """Radius of a free sphere, in gaps, below which a step is over-relaxed: with this grid, and in shaders of one file."""
 MOVING_COUNT, MOMENTS = 64, 65

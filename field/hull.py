@@ -1,4 +1,4 @@
-"""A convex hull of thirteen pairs of parallel planes, outside of which rays miss a shape (glsl/enter_hull.glsl)."""
+"""A convex hull of thirteen pairs of parallel planes, outside of which rays miss a shape (enter_hull.glsl)."""
 
 from dataclasses import replace
 

@@ -17,9 +17,9 @@ COSTLIEST = 40_000
 NEAR = 0.1
 """Largest f of a hit, in widths of a ray's pixel."""
 SKY, GROUND, KEY = np.array([[0.34, 0.38, 0.46], [0.16, 0.13, 0.12], [1.0, 0.96, 0.9]])
-"""Colors of the light in glsl/phong.glsl."""
+"""Colors of the light in glsl/functions/phong.glsl."""
 FLOOR_LIGHT, SKY_LIGHT, KEY_LIGHT = np.array([[0.30, 0.28, 0.26], [0.40, 0.43, 0.48], [1.0, 0.97, 0.92]])
-"""Colors of the light in glsl/studio.glsl."""
+"""Colors of the light in glsl/functions/studio.glsl."""
 
 Pixels = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ def poster(
     side: int,
     shade: str = "phong",
 ) -> Pixels:
-    """Draw a model as the shaders do with their default options (glsl/main.glsl), at time 0, with four rays a pixel.
+    """Draw a model as the shaders do with their default options (main.glsl), at time 0, with four rays a pixel.
 
     basis: (3, 3), columns right, up and back of a camera that faces the
     origin from `distance`, model units. focal: distance of a picture plane from -1 to 1. light: (3,), direction to the
@@ -76,7 +76,7 @@ def _affordable(program: Program) -> int:
 
 
 def _phong(albedo: Values, normal: Array, view: Pixels, light: Pixels, up: Pixels) -> Pixels:
-    """Shade as glsl/phong.glsl. albedo and result: (N, 3), linear light."""
+    """Shade as glsl/functions/phong.glsl. albedo and result: (N, 3), linear light."""
     facing = normal @ light
     reflected = 2 * facing[:, None] * normal - light
     highlight = np.maximum((reflected * view).sum(axis=1), 0) ** 48
@@ -88,7 +88,7 @@ def _phong(albedo: Values, normal: Array, view: Pixels, light: Pixels, up: Pixel
 
 
 def _key_light(light: Pixels, basis: Pixels) -> Pixels:
-    """Return the direction to the studio's key light, model space (glsl/key_light.glsl). light: camera space."""
+    """Return the direction to the studio's key light, model space (key_light.glsl). light: camera space."""
     right = basis[:, 0]
     toward = light[0] * right + np.array([0, max(light[1], 0.35), 0])
     toward = toward + light[2] * np.array([-right[2], 0, right[0]])
@@ -96,7 +96,7 @@ def _key_light(light: Pixels, basis: Pixels) -> Pixels:
 
 
 def _studio(program: Program, points: Array, albedo: Values, normal: Array, view: Pixels, light: Pixels) -> Pixels:
-    """Shade points (N, 3) as glsl/studio.glsl. albedo and result: (N, 3), linear light."""
+    """Shade points (N, 3) as glsl/functions/studio.glsl. albedo and result: (N, 3), linear light."""
     ground = lowest_point(program)
     opened = openness(program, points.astype(np.float64), normal.astype(np.float64), light, ground, floored=False)
     sky = opened[:, 0] * np.clip(1 + 0.6 * opened[:, 2] / program.bands[0].delta, 0.5, 1)

@@ -1,4 +1,4 @@
-"""Handwritten GLSL, shared by every GLSL target, and the loader that resolves its includes."""
+"""Handwritten GLSL, shared by every GLSL target: passes/, functions/, and the loader that resolves includes."""
 
 import re
 from importlib.resources import files
@@ -10,8 +10,9 @@ FILE = 1_000_000
 
 
 def read(name: str) -> str:
-    """Return the text of a file in this folder."""
-    return files(__name__).joinpath(name).read_text(encoding="utf-8")
+    """Return the text of a pass, which has main(), or of a function."""
+    places = [files(__name__).joinpath(folder, name) for folder in ("passes", "functions")]
+    return next((place for place in places if place.is_file()), places[0]).read_text(encoding="utf-8")
 
 
 def load(name: str) -> str:

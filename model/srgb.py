@@ -1,4 +1,4 @@
-"""sRGB and linear light (IEC 61966-2-1), as glsl/linear.glsl and glsl/srgb.glsl convert them."""
+"""sRGB and linear light (IEC 61966-2-1), as glsl/functions/linear.glsl and glsl/functions/srgb.glsl convert them."""
 
 from typing import Any
 

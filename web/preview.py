@@ -28,7 +28,7 @@ def preview(model: Model) -> bytes:
 
 
 def _background(width: int, height: int) -> np.ndarray:
-    """Return glsl/background.glsl with the default colors: (height, width, 3) uint8, top row first."""
+    """Return glsl/functions/background.glsl with the default colors: (height, width, 3) uint8, top row first."""
     bottom, top = (np.array(default(f"background_{end}")) for end in ("bottom", "top"))
     x, y = (np.arange(width) + 0.5) / width, 1 - (np.arange(height)[:, None] + 0.5) / height
     rise = (y * y * (3 - 2 * y))[..., None]

@@ -40,7 +40,7 @@ CAMERA = {
     "float z=min(r.x,r.y)": "float z=iView.z*min(r.x,r.y)",
     "mix(BOTTOM,TOP,u.y/r.y)": "mix(BOTTOM,TOP,u.y/r.y)+iView.w",
 }
-"""Text of glsl/shadertoy.glsl -> the page's, whose script limits the elevation."""
+"""Text of glsl/functions/shadertoy.glsl -> the page's, whose script limits the elevation."""
 DROPPED = re.compile(r"(?m)^//.*\n|^#define (?:VIEW|SPEED|AA)\b.*\n|(?<=\S) // .*$")
 """Comments, and settings that the page's script has instead."""
 GL = {

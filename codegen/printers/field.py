@@ -18,7 +18,7 @@ crash SwiftShader at 256.
 """
 
 PLAIN = "0.80, 0.74, 0.66"
-"""Color, sRGB, of a model without a texture; glsl/base_color.glsl uses the same to hide a texture."""
+"""Color, sRGB, of a model without a texture; glsl/functions/base_color.glsl uses the same to hide a texture."""
 
 
 def plain_color() -> tuple[float, float, float]:

@@ -13,7 +13,7 @@ from .trace import TracingLanguage
 
 
 class ShaderFunctions(VectorNotation, TracingLanguage):
-    """Weights are constants. Sines are those of glsl/sine.glsl, since the built-in ones are coarse on some devices."""
+    """Weights are constants. Sines are those of sine.glsl, since the built-in ones are coarse on some devices."""
 
     point = ("p.x", "p.y", "p.z")
 
@@ -52,7 +52,7 @@ class ShaderFunctions(VectorNotation, TracingLanguage):
         return [self.language.begin("bool", name, ", ".join([self.language.taken(*parameters), *out]))]
 
     def _sines(self) -> list[str]:
-        """Return the functions of glsl/sine.glsl in the language. Raises ValueError at a line of unknown form."""
+        """Return the functions of sine.glsl in the language. Raises ValueError at a line of unknown form."""
         text = re.sub(r"\b(reduced|sine|cosine)\(", rf"{self._name}_\1(", glsl.load("sine.glsl"))
         lines = []
         for line in text.splitlines():

@@ -87,7 +87,7 @@ def print_user_functions(
 
 
 def _free_radius(program: Program, writer: Writer, field: "_ShapeAtPoint | SceneAtPoint") -> Number:
-    """Return the radius of a sphere around a point without surface, model units: free_radius() of glsl/march.glsl."""
+    """Return the radius of a sphere around a point without surface, model units: free_radius() of march.glsl."""
     *coarser, finest = program.bands
     value = field.value
     radius = writer.mul(value, finest.step_bound)

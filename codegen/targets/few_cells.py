@@ -1,4 +1,4 @@
-"""Prints a small grid of cells, for shaders without a cell texture (glsl/skip.glsl)."""
+"""Prints a small grid of cells, for shaders without a cell texture (glsl/functions/skip.glsl)."""
 
 import numpy as np
 

@@ -16,7 +16,7 @@ DIALECT = fragment.Dialect(
 )
 """GLSL ES has no initializers of uniforms, so comments state their defaults.
 
-glsl/sine.glsl computes the sines, since the built-in ones are too coarse on some devices.
+glsl/functions/sine.glsl computes the sines, since the built-in ones are too coarse on some devices.
 """
 
 

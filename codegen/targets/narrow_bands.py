@@ -1,4 +1,4 @@
-"""Prints bands whose half-width varies from place to place (glsl/narrow_bands.glsl), for shaders in one file."""
+"""Prints bands whose half-width varies from place to place (narrow_bands.glsl), for shaders in one file."""
 
 import numpy as np
 

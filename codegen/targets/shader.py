@@ -17,7 +17,7 @@ LEAST_STEPS = 3
 NumberedText = tuple[str, tuple[str, ...]]
 """A shader's text, and the files of glsl/ that its `#line` directives number (glsl.load_numbered)."""
 PASSES = {"near": False, "normals": True, "rest": False, "trace": True, "behind": False, "color": True}
-"""The passes of a frame (glsl/near.glsl, ...), and whether each evaluates the field.
+"""The passes of a frame (glsl/passes/near.glsl, ...), and whether each evaluates the field.
 
 They run in this order, except that "rest" and "normals" also follow "trace". A pass that evaluates the field draws only
 where the previous pass's depth lets it. Drivers test the depth before a fragment shader begins, so software drivers,
@@ -28,7 +28,7 @@ FIRST_LOOKS = 2
 """Most first looks of "normals" at a ray before it is traced, where the CPU draws (viewer/draw/packing.py)."""
 
 FLOOR_BLOCK = BLOCK
-"""Side of the blocks, in pixels, at whose corners "floor" evaluates the light (glsl/floor.glsl)."""
+"""Side of the blocks, in pixels, at whose corners "floor" evaluates the light (glsl/passes/floor.glsl)."""
 
 LISTS = {"value_loops": int, "gradient_loops": int, "iterations": int, "deltas": float}
 """Facts of a shader that are lists with a number for each level, and their types."""

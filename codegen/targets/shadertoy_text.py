@@ -1,4 +1,4 @@
-"""Prints Shadertoy's Image tab: head, settings, weights, networks, field(), and glsl/shadertoy.glsl."""
+"""Prints Shadertoy's Image tab: head, settings, weights, networks, field(), and glsl/functions/shadertoy.glsl."""
 
 import json
 import math
@@ -42,7 +42,7 @@ NARROWEST = 0.0025
 STUDIO_SHARE = 0.05
 """Largest share of the studio in the text without it. Shorter texts have only Phong shading."""
 STUDIO = re.compile(r"(?ms)^#ifdef STUDIO\n(.*?)(?:^#else\n(.*?))?^#endif\n")
-"""Lines of glsl/shadertoy.glsl with the studio, and the lines in their place without it."""
+"""Lines of glsl/functions/shadertoy.glsl with the studio, and the lines in their place without it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -255,7 +255,7 @@ def _of_model(program: Program) -> tuple[Function, ...]:
 
 
 def main_template() -> str:
-    """Return glsl/shadertoy.glsl with the ball's lines for ENTER, squeezed: the template of web/print/shadertoy.js."""
+    """Return shadertoy.glsl with the ball's lines for ENTER, squeezed: the template of web/print/shadertoy.js."""
     return _squeezed(_without_comments("shadertoy.glsl").replace("ENTER", _without_comments("enter_ball.glsl")))
 
 

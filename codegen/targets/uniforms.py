@@ -9,13 +9,13 @@ cells (skip.glsl), the results of earlier passes (`rays`, `normals`, `floor_ligh
 from dataclasses import dataclass
 
 SHADINGS = ("phong", "normal", "depth", "steps", "texture", "studio", "data")
-"""Shading modes; the index is the value of the uniform `shading` (glsl/shadings.glsl)."""
+"""Shading modes; the index is the value of the uniform `shading` (glsl/functions/shadings.glsl)."""
 
 OPENING_SHADES = ("studio", "phong")
 """Shading modes that a page or a text of Shadertoy may open in; the first one by default."""
 
 SCHEDULES = ("plain", "relaxed")
-"""Schedules of sphere tracing; the index is the value of the uniform `schedule` (glsl/schedules.glsl)."""
+"""Schedules of sphere tracing; the index is the value of the uniform `schedule` (glsl/functions/schedules.glsl)."""
 
 LEVELS = "LEVELS"
 """Default that depends on the model: its number of levels."""

@@ -12,13 +12,13 @@ from mplicits.model.srgb import to_srgb
 from oracles.disk_of_light import falls, lines_across, visible_share
 
 HEIGHT, AROUND = 0.59588, 0.80308
-"""Height of the direction to the key light, and the length of its horizontal part (glsl/key_light.glsl)."""
+"""Height of the direction to the key light, and the length of its horizontal part (glsl/functions/key_light.glsl)."""
 TURN = 32.0
 """Degrees from the camera's azimuth to the light's, to the left."""
 
 
 def shades(key: np.ndarray) -> np.ndarray:
-    """Return the white floor's sRGB, 0 to 255, where the whole sky is visible (glsl/floor_color.glsl)."""
+    """Return the white floor's sRGB, 0 to 255, where the whole sky is visible (glsl/functions/floor_color.glsl)."""
     return np.asarray(255 * to_srgb((0.9 * HEIGHT * key + 0.45) / (0.9 * HEIGHT + 0.45)))
 
 

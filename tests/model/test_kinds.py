@@ -52,7 +52,12 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> dict[Path, object]:
     kinds[folder / "studio"] = GENERATED
     save_file({"x": np.zeros(3, np.float32)}, folder / "other.safetensors", {"format": "pt"})
     (folder / "bytes").write_bytes(bytes(200))
-    for path in (folder / "other.safetensors", folder / "bytes", ROOT / "README.md", ROOT / "glsl" / "main.glsl"):
+    for path in (
+        folder / "other.safetensors",
+        folder / "bytes",
+        ROOT / "README.md",
+        ROOT / "glsl" / "passes" / "main.glsl",
+    ):
         kinds[path] = None
     return kinds
 

@@ -1,4 +1,4 @@
-"""Multiscale sphere tracing (Section 3.2, Appendix C) in NumPy, step by step as glsl/march.glsl and glsl/skip.glsl.
+"""Multiscale sphere tracing (Section 3.2, Appendix C) in NumPy, step by step as march.glsl and skip.glsl.
 
 The tests compare the shaders' steps with it; the benchmarks count with it what a frame costs.
 """
@@ -29,7 +29,7 @@ STEEPEST = 4.0
 GAP = 0.005
 """Largest gap between two free spheres, model units; the gap is a pixel where a pixel is smaller."""
 STEEP = 0.4
-"""Smallest slope of f along a ray at which a gradient step may end the ray (glsl/normals.glsl)."""
+"""Smallest slope of f along a ray at which a gradient step may end the ray (glsl/passes/normals.glsl)."""
 LAST = 0.5
 """Largest length of that step, pixels."""
 ROUND = 0.008
@@ -60,7 +60,7 @@ def margins(program: Program, widths: Doubles) -> list[Doubles]:
 
 @dataclass(eq=False)
 class Skipping:
-    """Moves N rays over the empty cells of a grid, of a field that does not move (glsl/skip.glsl)."""
+    """Moves N rays over the empty cells of a grid, of a field that does not move (glsl/functions/skip.glsl)."""
 
     cells: Cells
     origin: Doubles
@@ -203,7 +203,7 @@ class Rays:
         slope: Doubles,
         settings: TraceSettings,
     ) -> None:
-        """Move rays by their first over-relaxed step, by Newton's where that reaches the surface (glsl/normals.glsl).
+        """Move rays by their first over-relaxed step, by Newton's where that reaches the surface (normals.glsl).
 
         slope: (M,) of f along the rays, positive where f falls; other arguments as for `advance`.
         """
@@ -253,8 +253,8 @@ def march(
     origin: (3,); directions: (N, 3) of length 1, model space. footprint: width of a pixel at distance 1. rounds: passes
     through the levels; step_scale: factor on every step, beside the bound of each level. schedule: "plain" or
     "relaxed". cells: the grid that over-relaxed rays skip, if `level` is the last. narrow: from `narrow_widths`, for
-    the first levels. first_looks: number of over-relaxed steps that evaluate the gradient (glsl/normals.glsl). late:
-    whether one over-relaxed step precedes these (glsl/traced.glsl).
+    the first levels. first_looks: number of over-relaxed steps that evaluate the gradient (normals.glsl). late:
+    whether one over-relaxed step precedes these (glsl/functions/traced.glsl).
     """
     bounds = np.array([band.band_step_bound for band in program.bands])
     bounds[level - 1] = program.bands[level - 1].step_bound

@@ -1,4 +1,4 @@
-"""Sphere tracing in NumPy, step by step as glsl/shadertoy.glsl, whose text is short."""
+"""Sphere tracing in NumPy, step by step as glsl/functions/shadertoy.glsl, whose text is short."""
 
 from dataclasses import dataclass
 

@@ -16,7 +16,7 @@ from oracles.dense import dense_march
 
 VIEWS = [Camera(azimuth=36 * i + 10, elevation=(-30, 0, 25, 50)[i % 4]) for i in range(10)]
 STOP = 0.05
-"""Distance from the surface, pixels, below which a ray may count as a hit or a miss (glsl/march.glsl)."""
+"""Distance from the surface, pixels, below which a ray may count as a hit or a miss (glsl/functions/march.glsl)."""
 
 
 @dataclass

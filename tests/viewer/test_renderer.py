@@ -231,7 +231,7 @@ def test_an_unknown_uniform_is_an_error(osmesa: Context) -> None:
 
 
 def test_each_known_uniform_is_declared_by_a_shader() -> None:
-    text = "".join(path.read_text() for path in (ROOT / "glsl").glob("*.glsl"))
+    text = "".join(path.read_text() for path in (ROOT / "glsl").glob("*/*.glsl"))
     declared = set(re.findall(r"\w+", " ".join(re.findall(r"^uniform [^;]+", text, re.MULTILINE))))
     table = {uniform.name for uniform in (*UNIFORMS, TIME)} | {"weights"}
     assert table < KNOWN <= table | declared

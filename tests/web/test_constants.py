@@ -34,5 +34,5 @@ def test_the_kernel_has_muon_s_polynomial() -> None:
 
 
 def test_shaders_have_the_factor_of_a_band() -> None:
-    march = (ROOT / "glsl" / "march.glsl").read_text("utf-8")
+    march = (ROOT / "glsl" / "functions" / "march.glsl").read_text("utf-8")
     assert f"width / {constants.number(constants.NUMBERS['DELTA_FACTOR']):g}" in march

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from mplicits.web.page import standalone
 from support.browser import Visit, visit
+from support.changed_page import changed_page
 from support.page_pictures import MODEL, remembering
 
 if TYPE_CHECKING:
@@ -34,11 +34,8 @@ SLOW = [
 @pytest.fixture
 def visited(browser: "Browser", tmp_path: Path) -> Iterator[Visit]:
     """A page with its picture drawn."""
-    text, file = standalone(MODEL, poster=False, shade="texture"), tmp_path / "page.html"
-    for old, new in SLOW:
-        assert text.count(old) == 1
-        text = text.replace(old, new)
-    file.write_text(text)
+    file = tmp_path / "page.html"
+    file.write_text(changed_page(MODEL, SLOW, poster=False, shade="texture"))
     with visit(browser, file, (SIDE, SIDE), 1, script=remembering(MODEL, "texture"), hash_="#panel=0") as page:
         page.still()
         yield page

@@ -15,9 +15,9 @@ from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
 from mplicits.web.facts import CELLS
-from mplicits.web.page import standalone
 from oracles.march import march
 from support.browser import visit
+from support.changed_page import changed_page
 from support.page_pictures import MODEL, remembering
 
 if TYPE_CHECKING:
@@ -42,9 +42,9 @@ window.trace = async (shading) => {
 
 def samples(browser: "Browser", folder: Path, storage: str, shading: str) -> NDArray[np.float32]:
     """Return a sample of each pixel of MODEL's page, (SIDE, SIDE, 4), top row first. storage: of the weights."""
-    text = standalone(MODEL, poster=False, shade="phong")
-    assert text.count(FOUND) == 1
-    (folder / "page.html").write_text(text.replace(FOUND, FOUND + TRACE))
+    (folder / "page.html").write_text(
+        changed_page(MODEL, [(FOUND, FOUND + TRACE)], poster=False, shade="phong"), encoding="utf-8"
+    )
     at = f"#panel=0&az={CAMERA.azimuth}&el={CAMERA.elevation}&d={CAMERA.distance}"
     with visit(browser, folder / "page.html", (SIDE, SIDE), 1, script=remembering(MODEL, storage), hash_=at) as visited:
         visited.until(f"window.grid === {COUNT} && document.documentElement.dataset.storage === '{storage}'")

@@ -10,8 +10,8 @@ import pytest
 from mplicits.viewer.draw import adaptive
 from mplicits.web.bundle import script
 from mplicits.web.facts import facts_json
-from mplicits.web.page import standalone
 from support.browser import visit
+from support.changed_page import changed_page
 from support.page_pictures import MODEL, differ, remembering
 
 if TYPE_CHECKING:
@@ -92,18 +92,15 @@ MIDWAY = [
     ("performance.now() < this.restAt", "performance.now() < this.restAt || window.midway && window.grid === 32"),
 ]
 """Makes a page find its second grid while it draws a picture with the first."""
+PATIENT = ("const PATIENCE = 15000", "const PATIENCE = 300000")
 
 
 @pytest.mark.slow
 def test_a_second_grid_midway_in_a_picture_does_not_show(browser: "Browser", tmp_path: Path) -> None:
-    text = standalone(MODEL, poster=False, shade="phong").replace("const PATIENCE = 15000", "const PATIENCE = 300000")
     pictures = []
     for changes, grid in ((MIDWAY, 32), (MIDWAY[1:2], 128)):
-        file, ours = tmp_path / "page.html", text
-        for old, new in changes:
-            assert ours.count(old) == 1
-            ours = ours.replace(old, new)
-        file.write_text(ours)
+        file = tmp_path / "page.html"
+        file.write_text(changed_page(MODEL, [PATIENT, *changes], poster=False, shade="phong"))
         with visit(browser, file, (256, 256), 1, script=TEXTURE, hash_="#panel=0") as visited:
             visited.until(f"window.grid === {grid}")
             visited.still()
@@ -118,12 +115,11 @@ def test_a_second_grid_midway_in_a_picture_does_not_show(browser: "Browser", tmp
 
 @pytest.mark.slow
 def test_further_samples_are_drawn_along_edges(browser: "Browser", tmp_path: Path) -> None:
-    text = standalone(MODEL, poster=False, shade="phong").replace("const PATIENCE = 15000", "const PATIENCE = 300000")
     pictures, drawn = {}, {}
     for way, adapts in (("along the edges", "get adapts() {"), ("everywhere", "get adapts() { return false;")):
-        assert text.count("get adapts() {") == 1
         file = tmp_path / "page.html"
-        file.write_text(text.replace("get adapts() {", adapts))
+        changes = [PATIENT, ("get adapts() {", adapts)]
+        file.write_text(changed_page(MODEL, changes, poster=False, shade="phong"))
         with visit(browser, file, (64, 64), 1, script=TEXTURE + COUNT, hash_="#panel=0") as visited:
             visited.still()
             pictures[way] = visited.saved() / 255.0

@@ -8,8 +8,8 @@ import pytest
 
 from mplicits.bake.registry import TARGETS
 from mplicits.model.model_file import save
-from mplicits.web.page import standalone
 from support.browser import visit
+from support.changed_page import changed_page
 from support.page_pictures import MODEL, differ, remembering
 from support.random_model import random_model
 
@@ -36,9 +36,9 @@ def test_the_picture_comes_back_with_a_lost_context(browser: "Browser", page_fil
         assert visited.console == []
 
 
-def test_a_lost_context_is_reported_and_may_come_back_late(browser: "Browser", page_file: Path, tmp_path: Path) -> None:
+def test_a_lost_context_is_reported_and_may_come_back_late(browser: "Browser", tmp_path: Path) -> None:
     file = tmp_path / "page.html"
-    file.write_text(page_file.read_text().replace("const WAIT = 12000;", "const WAIT = 300;"))
+    file.write_text(changed_page(MODEL, [("const WAIT = 12000;", "const WAIT = 300;")], shade="phong"))
     with visit(browser, file) as visited:
         visited.still()
         visited.page.evaluate("""() => {
@@ -196,7 +196,7 @@ def test_one_message_names_the_limit_of_the_device(
     init: str, replaced: tuple[str, str] | None, expected: str, browser: "Browser", tmp_path: Path
 ) -> None:
     file = tmp_path / "page.html"
-    file.write_text(standalone(MODEL, shade="phong").replace(*replaced or ("", "")))  # not packed
+    file.write_text(changed_page(MODEL, [replaced] if replaced else [], shade="phong"))
     with visit(browser, file, script=init) as visited:
         visited.page.wait_for_selector("#message:not([hidden])")
         for key in ("s", "1", "p", "x", "r", "h", " ", "+", "ArrowLeft", "Escape"):

@@ -59,7 +59,7 @@ class Camera:
         return matrix.astype(np.float32)
 
     def rays(self, width: int, height: int) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-        """Return the rays through the pixel centers, as in glsl/camera_ray.glsl, in model space.
+        """Return the rays through the pixel centers, as in glsl/functions/camera_ray.glsl, in model space.
 
         Returns the eye (3,), the unit directions (height, width, 3), top row first, and the footprint: the width of a
         pixel at distance 1.

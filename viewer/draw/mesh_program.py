@@ -13,7 +13,7 @@ NEAREST = 1e-3
 
 
 def mesh_vertex_shader() -> NumberedText:
-    """Return glsl/mesh.vert.glsl, the vertex shader of every program that draws the mesh: their depths must agree."""
+    """Return mesh.vert.glsl, the vertex shader of every program that draws the mesh: their depths must agree."""
     text, files = glsl.load_numbered("mesh.vert.glsl")
     return "#version 330 core\n" + text, files
 

@@ -23,7 +23,7 @@ class Passes:
     level = 1
     """Level to trace."""
     looks_first = False
-    """Whether rays take a first look before they are traced (glsl/normals.glsl)."""
+    """Whether rays take a first look before they are traced (glsl/passes/normals.glsl)."""
     jitter: tuple[float, float] = (0.0, 0.0)
     """Offset of the samples from the pixel centers, pixels."""
     scattered: NDArray[np.float32] | None = None

@@ -20,7 +20,7 @@ from .triangles import Triangles
 
 
 class Rasterizer(Renderer):
-    """A Renderer that rasterizes a mesh instead of tracing rays (glsl/mesh.glsl).
+    """A Renderer that rasterizes a mesh instead of tracing rays (glsl/passes/mesh.glsl).
 
     The options `level`, `iterations`, `rounds`, `delta_scale` and `step_scale` have no effect. Raises UserError as
     `Renderer` and `bake` do.

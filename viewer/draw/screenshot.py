@@ -35,7 +35,7 @@ def to_bytes(image: NDArray[np.float32], dithered: bool = True) -> NDArray[np.ui
 
 
 def _dither(y: int, width: int) -> NDArray[np.float32]:
-    """Return the dither of a row of pixels, (width, 1): 255 times glsl/dither.glsl, below 0.5 in magnitude."""
+    """Return the dither of a row of pixels, (width, 1): 255 times dither.glsl, below 0.5 in magnitude."""
     phase = 0.06711056 * (np.arange(width) + 0.5) + 0.00583715 * (y + 0.5)
     noise = np.modf(52.9829189 * np.modf(phase)[0])[0] - 0.5
     return np.asarray(0.998 * noise, np.float32)[:, None]

@@ -1,7 +1,7 @@
 import {shared} from "../model/facts.js";
 
 // Backgrounds of a picture: {tone, bottom, top}, colors from 0 to 1, sRGB.
-const LIGHT = 0.6; // mean of the channels above which a color is light, as in glsl/background.glsl
+const LIGHT = 0.6; // mean of the channels above which a color is light, as in glsl/functions/background.glsl
 export const BACKGROUNDS = {
     slate: {tone: "dark", bottom: shared.defaults.background_bottom, top: shared.defaults.background_top},
     night: {tone: "dark", bottom: [0.02, 0.02, 0.03], top: [0.07, 0.08, 0.11]},

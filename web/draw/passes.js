@@ -1,7 +1,7 @@
 import {shared} from "../model/facts.js";
 import {gridOf} from "./cells.js";
 
-// Draws one sample of a rectangle of pixels with a variant's programs, pass after pass (glsl/near.glsl, ...).
+// Draws one sample of a rectangle of pixels with a variant's programs, pass after pass (glsl/passes/near.glsl, ...).
 const CELL_UNIT = 1; // texture unit of the grid of cells; unit 0 is the default
 export const PLACES_UNIT = 2; // texture unit of the positions of packed samples
 // Texture units of the passes' targets. rays: of near.glsl and trace.glsl; normals: of the first run of normals.glsl;
@@ -19,7 +19,7 @@ export class Passes {
     }
 
     // Returns the names of a variant's passes. Literals are text without loops, which a CPU evaluates for every pixel:
-    // passes skip pixels that need no evaluation. A loop over texels skips itself; with a texture, glsl/traced.glsl
+    // passes skip pixels that need no evaluation. A loop over texels skips itself; with a texture, glsl/functions/traced.glsl
     // does all in one draw.
     names(storage) {
         return this.rays && storage === "literal" ? shared.passes : ["anywhere"];

@@ -8,7 +8,7 @@ import {declareLiterals, straight} from "./literal.js";
 import {lowered, widest} from "./lower_model.js";
 
 // Prints the distance function for GLSL and Godot, byte for byte as codegen/targets/glsl_function.py.
-const SINES = /vec4 reduced\([^]*?\n}\n+vec4 sine\([^]*?\n}\n+vec4 cosine\([^]*?\n}/; // of glsl/sine.glsl; a packed page has no empty lines
+const SINES = /vec4 reduced\([^]*?\n}\n+vec4 sine\([^]*?\n}\n+vec4 cosine\([^]*?\n}/; // of glsl/functions/sine.glsl; a packed page has no empty lines
 
 // Returns the text. sha256: of hashOf(). Throws a ModelError for a model that is too wide.
 export function functionText(model, sha256) {

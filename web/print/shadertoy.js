@@ -10,7 +10,7 @@ import {lowered} from "./lower_model.js";
 import {packedLines} from "./packed.js";
 
 // Prints the text of Shadertoy's Image tab, byte for byte as codegen/targets/shadertoy.py for quantized and for moving
-// models, but with one width for each band, and with a ball around the shape. The page has glsl/shadertoy.glsl, without
+// models, but with one width for each band, and with a ball around the shape. The page has glsl/functions/shadertoy.glsl, without
 // spaces and comments, in an element (text_elements() of web/page.py).
 const STUDIO_LINES = /^#ifdef STUDIO\n([^]*?)(?:^#else\n([^]*?))?^#endif\n/gm;
 

@@ -12,7 +12,7 @@ import {drawing, element, listener, root, uncover} from "./messages.js";
 // ("auto", or pixels per pixel of the canvas along each axis), time, light (camera space), and background [bottom,
 // top].
 export const canvas = element("view");
-const NO_STEPS = [0.01, 0.01, 0.05]; // heat(0) in glsl/heat.glsl
+const NO_STEPS = [0.01, 0.01, 0.05]; // heat(0) in glsl/functions/heat.glsl
 const {light} = shared.defaults;
 export const options = {
     level: 1, normalLevel: null, shading: facts.shade, iterations: 1, resolution: "auto", time: timeFrom(location.hash),
