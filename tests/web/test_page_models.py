@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from mplicits import glsl
 from mplicits.bake.registry import TARGETS
 from mplicits.codegen.targets import glsl330
 from mplicits.field.rounding import in_float16
@@ -19,7 +18,8 @@ from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
-from mplicits.web.page import SHADERS, standalone
+from mplicits.web.document import whole
+from mplicits.web.page import page_of
 from support.browser import Visit, visit
 from support.changed_header import changed, describe
 from support.fitted_model import fitted_model
@@ -129,16 +129,16 @@ def test_the_page_shows_a_dropped_or_opened_model(
 
 def test_a_name_with_html_appears_as_text(browser: "Browser", tmp_path: Path) -> None:
     file = tmp_path / "hostile.html"
-    # Not packed, so that the file's scripts can be counted.
-    file.write_text(standalone(replace(random_model((4, 0), name=HOSTILE), credit=HOSTILE, front=(-60, 5))))
+    page, _ = page_of(replace(random_model((4, 0), name=HOSTILE), credit=HOSTILE, front=(-60, 5)))
+    file.write_text(whole(page))
     with visit(browser, file) as visited:
         visited.until("document.documentElement.dataset.storage")
         assert (visited.page.title(), visited.page.inner_text("h1")) == (HOSTILE, HOSTILE)
         assert visited.page.inner_text("#shapes").endswith(HOSTILE)
         visited.page.keyboard.press("r")
         visited.until("location.hash === '#az=-60&el=5'")
-        files = len({name for shader in SHADERS for name in glsl.load_numbered(f"{shader}.glsl")[1]})
-        assert visited.page.locator("script").count() == file.read_text().count("<script") == 6 + files
+        count = len(page.shaders) + 4  # before the first paint, facts, weights, and the page's
+        assert visited.page.locator("script").count() == file.read_text().count("<script") == count
         assert visited.console == []
 
 
