@@ -9,7 +9,7 @@ import pytest
 
 from mplicits.codegen.targets.cuda import standalone
 from mplicits.model.model_file import load
-from support.cuda_host import build, data, run
+from support.cuda_host import build, check_error, data, run
 from support.fitted_model import fitted_model
 from support.nvcc import compile_for
 from support.paths import DEMO, ROOT
@@ -81,9 +81,7 @@ def test_peaks_are_measured(fitted: Path) -> None:
 def test_errors_are_one_line(
     fitted: Path, arguments: tuple[str, ...], environment: dict[str, str], message: str
 ) -> None:
-    done = run(fitted, *arguments, **environment)
-    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
-    assert message in done.stderr
+    check_error(run(fitted, *arguments, **environment), message)
 
 
 @pytest.mark.slow

@@ -86,6 +86,20 @@ class Page:
     studio: Studio | None = None
 
 
+@dataclass(frozen=True)
+class Scripts:
+    """The texts of a page's scripts: one before the first paint, and the page's in three parts."""
+
+    early: str
+    viewer: str
+    studio: str = ""
+    entry: str = ""
+
+    def running(self) -> list[str]:
+        """Return the scripts that run: also that of the page which the studio writes."""
+        return [self.early, self.viewer + self.entry, self.viewer + self.studio + self.entry]
+
+
 class Parts:
     """What a packed page holds beside its HTML, which has marks in their places.
 
@@ -127,8 +141,9 @@ def packed(page: Page) -> Baked:
     the browser is {outer, html}: the text of the page that unpacks, without its first line, and of the unpacked page.
     """
     parts, unpacker = Parts(), minified(short_script(read("view/unpacker.js")))
-    inner, scripts = _html(page, parts, icon_and_title(_title(page)))
-    policy = _policy(page, [unpacker, *scripts])  # browsers keep it for the inner page
+    scripts = _scripts(page.studio)
+    inner = _html(page, scripts, parts, icon_and_title(_title(page)))
+    policy = _policy(page, [unpacker, *scripts.running()])  # browsers keep it for the inner page
     outer = {
         "version": installed_version(),
         "policy": policy,
@@ -144,27 +159,22 @@ def packed(page: Page) -> Baked:
 
 def whole(page: Page) -> str:
     """Write a page as it is after unpacking, for frames whose text may lack control characters, as in notebooks."""
-    _, scripts = _html(page, Parts(), "")
-    line = f'<meta http-equiv="Content-Security-Policy" content="{_policy(page, scripts)}">\n'
-    return _html(page, Inline(page.poster), line + _about(page))[0]
+    scripts = _scripts(page.studio)
+    line = f'<meta http-equiv="Content-Security-Policy" content="{_policy(page, scripts.running())}">\n'
+    return _html(page, scripts, Inline(page.poster), line + _about(page))
 
 
-def _html(page: Page, parts: Parts, head: str) -> tuple[str, list[str]]:
-    """Return the HTML of a page, without comments, indentation and most spaces, and its scripts.
-
-    Without the studio, which needs them, all names of the script are short. The scripts include that of the page which
-    the studio writes.
-    """
+def _html(page: Page, scripts: Scripts, parts: Parts, head: str) -> str:
+    """Return the HTML of a page, without comments, indentation and most spaces."""
     more = page.studio or Studio()
-    viewer, studio, entry = _scripts(page.studio)
-    running = viewer + parts.text(studio) + entry  # first of the parts: near to scripts, scripts have few bytes
-    early = minified(short_script(read("view/before_paint.js")))
+    # The first of the parts: near to scripts, scripts have few bytes.
+    script = scripts.viewer + parts.text(scripts.studio) + scripts.entry
     style = _PLACE.sub(lambda match: PALETTES[match[1]], read("view/page.css"))
     slots = {
         "state": "" if page.data else ' data-state="empty"',
         "head": head,
         "css": _style(style) + parts.text(_style(more.style)),
-        "early": early,
+        "early": scripts.early,
         "poster": parts.poster,
         "unseen": _unseen(page),
         "stage": parts.text(_outdented(more.stage)),
@@ -172,10 +182,10 @@ def _html(page: Page, parts: Parts, head: str) -> tuple[str, list[str]]:
         "weights": parts.mark("b", page.data) if page.data else "",
         "shaders": "\n".join(_element(SHADER, name, short_shader(text)) for name, text in page.shaders.items()),
         "elements": parts.text(_outdented(more.bar)) + "".join(_of_studio(element, parts) for element in more.elements),
-        "js": running,
+        "js": script,
         **{key: html.escape(getattr(more, key)) for key in ("accept", "open", "hint")},
     }
-    return _filled(_outdented(read("view/page.html")), slots), [early, viewer + entry, viewer + studio + entry]
+    return _filled(_outdented(read("view/page.html")), slots)
 
 
 def _policy(page: Page, scripts: list[str]) -> str:
@@ -195,14 +205,14 @@ def _unseen(page: Page) -> str:
     return " hidden" if page.poster == NO_PICTURE else ""
 
 
-def _scripts(studio: Studio | None) -> tuple[str, str, str]:
-    """Return the page's script in short: what comes before the studio's, the studio's, and the rest."""
+def _scripts(studio: Studio | None) -> Scripts:
+    """Return the scripts in short. Without the studio, which needs them, all names of the page's script are short."""
+    early = minified(short_script(read("view/before_paint.js")))
     *before, entry = modules(ENTRY)
     if studio is None:
-        return minified(script([*before, entry])), "", ""
+        return Scripts(early, minified(script([*before, entry])))
     texts = (script(before), script(studio.modules, after=[*before, entry]), script([entry], after=before))
-    viewer, more, rest = (squeezed(short_script(text)) for text in texts)
-    return viewer, more, rest
+    return Scripts(early, *(squeezed(short_script(text)) for text in texts))
 
 
 def _of_studio(element: Element, parts: Parts) -> str:

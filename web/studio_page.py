@@ -74,7 +74,8 @@ def parts(config: TrainingConfig | None = None, fixed: dict[str, Any] | None = N
 
 def _further_modules() -> tuple[str, ...]:
     """Return the modules of the studio that the page of a model has not."""
-    return tuple(name for name in modules("studio.js") if name not in modules(ENTRY))
+    known = modules(ENTRY)
+    return tuple(name for name in modules("studio.js") if name not in known)
 
 
 def page_facts(config: TrainingConfig | None = None, fixed: dict[str, Any] | None = None) -> dict[str, Any]:

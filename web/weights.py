@@ -58,7 +58,6 @@ class PageWeights:
     """How far they are rounded, for people; None for exact weights."""
 
 
-@lru_cache(maxsize=1)
 def page_weights(
     model: Model, digits: int | None, shorten: Callable[[Model], ShortWeights | None] | None
 ) -> PageWeights:
@@ -87,7 +86,6 @@ def coded_weights(model: Model) -> ShortWeights | None:
     return _packed(model) or short
 
 
-@lru_cache(maxsize=1)
 def _packed(model: Model) -> ShortWeights | None:
     """Return a model with packed weights; None where it is packed, has no surface, or the error exceeds MOST_ERROR."""
     if pack(model.networks()) is not None:

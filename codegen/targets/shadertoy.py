@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 from ...field.bits import cost, fewest_bits
@@ -46,6 +47,7 @@ def baked(model: Model, storage: str = "auto", digits: int | None = None, shade:
     return Baked(shader_text(chosen.program, model, chosen.storage, chosen.further, shade), chosen.rounding)
 
 
+@lru_cache(maxsize=1)
 def emitted(model: Model, storage: str = "auto", digits: int | None = None) -> Emitted:
     """Choose the weights of a text.
 

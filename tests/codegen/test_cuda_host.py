@@ -23,7 +23,7 @@ from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
 from oracles.dense import dense_march
 from oracles.march import march
-from support.cuda_host import PROBE, build, data, evaluate, run
+from support.cuda_host import PROBE, build, check_error, data, evaluate, run
 from support.fitted_model import fitted_model
 from support.moving_model import COMPARED_TIMES, moving_model
 from support.paths import DEMO
@@ -288,9 +288,7 @@ def test_check_accepts_the_same_picture_only(fitted: Path) -> None:
 def test_errors_are_one_line(
     fitted: Path, arguments: tuple[str, ...], environment: dict[str, str], message: str
 ) -> None:
-    done = run(fitted, *arguments, **environment)
-    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
-    assert message in done.stderr
+    check_error(run(fitted, *arguments, **environment), message)
 
 
 def test_an_old_gpu_draws_by_simple(fitted: Path) -> None:

@@ -53,6 +53,12 @@ def run(program: Path, *arguments: str, **environment: str) -> subprocess.Comple
     )
 
 
+def check_error(done: subprocess.CompletedProcess[str], message: str) -> None:
+    """Check that a run failed in one line with a message."""
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
+    assert message in done.stderr
+
+
 def data(program: Path, side: int, *arguments: str) -> NDArray[np.float32]:
     """Draw `--shade data`: (side, side, 4) float32, (t, steps, level, hit) of each pixel, top row first."""
     done = run(program, *arguments, "--size", str(side), "--shade", "data", "-o", "data.f32")
