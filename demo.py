@@ -79,7 +79,7 @@ def trained_model(command: DemoCommand, perform: Perform) -> str:
         seconds = f"{command.seconds or SECONDS:g}"
         announce(perform, "train", "demo", "-o", model, "--levels", LEVELS, "--seconds", seconds)
     else:
-        print(f"{show(model)} exists; --seconds {SECONDS} trains it anew", file=sys.stderr)
+        print(f"{show(model)} exists; --train --seconds {SECONDS} trains it anew", file=sys.stderr)
     return model
 
 

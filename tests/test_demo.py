@@ -145,7 +145,7 @@ def test_the_demo_makes_a_picture_and_keeps_its_model(tmp_path: Path) -> None:
     subprocess.run(command, cwd=tmp_path, check=True)
     assert {path.name for path in out.iterdir()} == {"demo.glsl", "demo.html", "demo.png"}
     assert Image.open(out / "demo.png").info["Title"] == "spot"
-    subprocess.run([*command, "--seconds", "30"], cwd=tmp_path, check=True)
+    subprocess.run([*command, "--train", "--seconds", "30"], cwd=tmp_path, check=True)
     assert {path.name for path in out.iterdir()} == {"demo.safetensors", "demo.glsl", "demo.html", "demo.png"}
     assert hues(out / "demo.png") > 4, "a slow machine learns pale colors, but all of them"
     trained = (out / "demo.safetensors").stat().st_mtime_ns
