@@ -20,8 +20,8 @@ _DECLARED = re.compile(r"(?:#define|struct|void|bool|float|u?int|[iu]?vec[234]|m
 """A name in a shader, where it is declared."""
 _SWIZZLE = re.compile(r"[xyzw]+|[rgba]+|[stpq]+")
 _END_OF_STATEMENT = re.compile(r"(?<=[;{},])\n(?!#|\Z)")
-_DECLARATION = re.compile(r"^(const|let) ", re.MULTILINE)
-"""Start of a declaration in a script without indentation; those in a loop's head do not start a line."""
+_DECLARATION = re.compile(r"(?<!\(\n)^(const|let) ", re.MULTILINE)
+"""Start of a declaration in a script without indentation, not in a loop's head."""
 _TOKEN = re.compile(r"""'(?:\\.|[^'\\])*'|"(?:\\.|[^"\\])*"|`(?:\\.|[^`\\])*`|[()\[\]{},;]""", re.DOTALL)
 """A literal (templates in a template do not nest in declarations with patterns), a bracket or a separator."""
 _FENCE = "fence_()"

@@ -3,26 +3,31 @@
 import re
 from collections.abc import Iterator
 
-_REGEX = r"(?:(?<=[=(,:!&|?\[;{>])|(?<=return)) *(/(?![*/])(?:\\.|\[(?:\\.|[^\]\\\n])*\]|[^/\\\n\[])+/)"
+_REGEX = r"(?:(?<=[=(,:!&|?\[;{>])|(?<=return))\s*(/(?![*/])(?:\\.|\[(?:\\.|[^\]\\\n])*\]|[^/\\\n\[])+/)"
 """A regular expression, not a division: what stands before it is no value."""
 _PIECE = re.compile(rf"""'(?:\\.|[^'\\])*'|"(?:\\.|[^"\\])*"| *//[^\n]*|{_REGEX}|[`{{}}]""")
 _TEXT = re.compile(r"(?:\\.|[^`\\$]|\$(?!\{))*(`|\$\{)", re.DOTALL)
 """The text of a template, up to its end or to an expression in it."""
-_SPACES = re.compile(r" *([*/%=<>,;(){}?:&|!\[\]^]) *")
+_SPACES = re.compile(r"\s*([*/%=<>,;({?:&|!\[^])\s*|\s*([)}\]]) *")
+"""A mark, and the space beside it. A line's end after a closing bracket may end a statement."""
+_LAST_COMMA = re.compile(r",(?=[)}\]])")
 
 
 def squeezed(script: str) -> str:
-    """Return JavaScript without comments from // to the line's end, and without the spaces beside its marks.
+    """Return JavaScript without comments from // to the line's end, and without the space beside its marks.
 
-    Strings, templates and regular expressions keep theirs. script: without other comments, except marks such as
-    /*end*/, which have neither spaces nor quotes.
+    Strings, templates and regular expressions keep theirs. script: without other comments.
     """
     pieces, end = [], 0
     for start, after in _texts(script):
         text = script[start:after]
-        pieces += [_SPACES.sub(r"\1", script[end:start]), "" if text.lstrip().startswith("//") else text]
+        pieces += [_short(script[end:start]), "" if text.lstrip().startswith("//") else text]
         end = after
-    return "".join([*pieces, _SPACES.sub(r"\1", script[end:])])
+    return "".join([*pieces, _short(script[end:])])
+
+
+def _short(code: str) -> str:
+    return _LAST_COMMA.sub("", _SPACES.sub(r"\1\2", code))
 
 
 def _texts(script: str) -> Iterator[tuple[int, int]]:

@@ -10,7 +10,9 @@ CASES = {
     "say(\"a = b; // c\", 'd { e');": "say(\"a = b; // c\",'d { e');",
     "`a { ${b ? `${c.d({e: 1})} , f` : g} = h`;": "`a { ${b?`${c.d({e:1})} , f`:g} = h`;",
     "return / *[ /'] = {/.test(a) ? b / c : d / e;": "return / *[ /'] = {/.test(a)?b/c:d/e;",
-    "/*studio*/\nf ( a );\n/*end*/": "/*studio*/\nf(a);\n/*end*/",
+    "f(\n{\na,\nb,\n},\n[\nc,\n],\n);": "f({a,b},[c]);",
+    'const f = (a) =>\na\n? `\n(`\n: /"/;\n': 'const f=(a)=>a?`\n(`:/"/;',
+    "a = {}\nb = c()\n++d": "a={}\nb=c()\n++d",
 }
 """Script -> the same in fewer bytes."""
 

@@ -63,7 +63,8 @@ export function fromHash(hash, home) {
     };
     const target = (parameters.get("at") ?? "").split(",").map(Number);
     return {
-        azimuth: read("az", -360, 360) ?? home.azimuth, elevation: read("el", -90, 90) ?? home.elevation,
+        azimuth: read("az", -360, 360) ?? home.azimuth,
+        elevation: read("el", -90, 90) ?? home.elevation,
         distance: read("d", NEAREST, FARTHEST),
         target: target.length === 3 && target.every((c) => Math.abs(c) <= FARTHEST) ? target : [...home.target],
     };

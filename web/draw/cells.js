@@ -42,7 +42,9 @@ export async function emptyCells(model, count, isWanted, rest) {
 // Returns the grid for a time from 0 to 1, interpolated as by mixed() in cell_codes.py.
 export function gridOf({grids}, time) {
     if (grids.length === 1) return grids[0];
-    const place = time * (grids.length - 1), first = Math.min(Math.floor(place), grids.length - 2), share = place - first;
+    const place = time * (grids.length - 1),
+        first = Math.min(Math.floor(place), grids.length - 2),
+        share = place - first;
     const {empty} = shared.cells, before = grids[first], after = grids[first + 1];
     const values = Float64Array.from({length: 256}, (_, code) => valueOf(code));
     return before.map((code, cell) => {
@@ -92,7 +94,13 @@ async function gridAt(model, time, {count, half, slack}, pace) {
     let cells = everyCell(first);
     for (let edge = first; edge < count; edge *= 2) {
         const near = levels[0].delta + overestimate * Math.sqrt(3) * half / edge + slack;
-        const values = await valuesOf(model, cells, (cell) => middle(cell, edge, half), {time, margin: 0, depth: 1}, pace);
+        const values = await valuesOf(
+            model,
+            cells,
+            (cell) => middle(cell, edge, half),
+            {time, margin: 0, depth: 1},
+            pace,
+        );
         if (!values) return null;
         cells = cells.filter((_, k) => Math.abs(values[k]) < near).flatMap((cell) => {
             const [x, y, z] = placeOf(cell, edge);
@@ -161,7 +169,8 @@ function sizesOf(occupied, count) {
         for (let z = 0, cell = 0; z < side; ++z)
             for (let y = 0; y < side; ++y)
                 for (let x = 0; x < side; ++x, ++cell)
-                    finer[cell] = sizes[(x >> 1) + half * ((y >> 1) + half * (z >> 1))] || (full[power][cell] ? 0 : power);
+                    finer[cell] = sizes[(x >> 1) + half * ((y >> 1) + half * (z >> 1))] ||
+                        (full[power][cell] ? 0 : power);
         sizes = finer;
     }
     return sizes;

@@ -15,8 +15,10 @@ export class Device {
         const buffers = {alpha: false, antialias: false, depth: false, stencil: false};
         this.gl = canvas.getContext("webgl2", {...buffers, powerPreference: "high-performance"});
         if (!this.gl) {
-            throw new DeviceError("This browser shows no WebGL2, which the picture needs. "
-                + "Try a current Firefox, Chrome, Edge or Safari, with graphics acceleration switched on.");
+            throw new DeviceError(
+                "This browser shows no WebGL2, which the picture needs. "
+                    + "Try a current Firefox, Chrome, Edge or Safari, with graphics acceleration switched on.",
+            );
         }
         const gl = this.gl;
         this.float = Boolean(gl.getExtension("EXT_color_buffer_float"));
@@ -28,7 +30,9 @@ export class Device {
         gl.bindVertexArray(gl.createVertexArray());
         this.name = driverName(gl); // a query waits for the driver, so it is asked once
         this.ended = false;
-        canvas.addEventListener("webglcontextlost", () => { this.ended = true; }, {once: true});
+        canvas.addEventListener("webglcontextlost", () => {
+            this.ended = true;
+        }, {once: true});
     }
 
     // Stays true when the context comes back: it comes without its objects, for another Device.
@@ -73,8 +77,10 @@ export class Device {
         if (this.lost) return;
         const gl = this.gl, side = gl.getParameter(gl.MAX_TEXTURE_SIZE);
         if (Math.max(TEXTURE_WIDTH, height) > side) {
-            throw new DeviceError(`The weights need a texture of ${TEXTURE_WIDTH} x ${height}; `
-                + `this device's largest side is ${side}.`);
+            throw new DeviceError(
+                `The weights need a texture of ${TEXTURE_WIDTH} x ${height}; `
+                    + `this device's largest side is ${side}.`,
+            );
         }
     }
 
@@ -100,7 +106,8 @@ export class Device {
     isReady({program, sync}) {
         const {gl} = this;
         if (this.lost) return true;
-        return sync ? gl.getSyncParameter(sync, gl.SYNC_STATUS) === gl.SIGNALED
+        return sync ?
+            gl.getSyncParameter(sync, gl.SYNC_STATUS) === gl.SIGNALED
             : gl.getProgramParameter(program, this.parallel.COMPLETION_STATUS_KHR);
     }
 
@@ -117,8 +124,10 @@ export class Device {
             const log = shaders.map((shader) => gl.getShaderInfoLog(shader)).join("\n") + gl.getProgramInfoLog(program);
             const line = log.split("\n").find((text) => text.trim()) ?? "no reason given";
             gl.deleteProgram(program);
-            throw new DeviceError(`This device's compiler refuses the shader: ${line.trim().slice(0, 200)}. `
-                + "Try another browser.");
+            throw new DeviceError(
+                `This device's compiler refuses the shader: ${line.trim().slice(0, 200)}. `
+                    + "Try another browser.",
+            );
         }
         shaders.forEach((shader) => gl.deleteShader(shader));
         const names = {}, count = this.lost ? 0 : gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS);

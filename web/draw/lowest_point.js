@@ -10,7 +10,10 @@ export function lowestPoint(model) {
     const reach = Math.sqrt(3) * shared.cells.overestimate / LAYERS, at = (i) => (2 * i + 1) / LAYERS - 1;
     let lowest = Infinity;
     for (let layer = 0, left = MORE; layer < LAYERS && left >= 0; ++layer) {
-        const points = Array.from({length: LAYERS ** 2}, (_, k) => [at(k % LAYERS), at(layer), at(Math.floor(k / LAYERS))])
+        const points = Array.from(
+            {length: LAYERS ** 2},
+            (_, k) => [at(k % LAYERS), at(layer), at(Math.floor(k / LAYERS))],
+        )
             .filter((point) => Math.hypot(...point) <= 1 + reach);
         widenedValues(model, points, 0, reach).forEach((value, k) => {
             if (Math.abs(value) < reach) lowest = Math.min(lowest, landed(model, points[k]));

@@ -1,6 +1,6 @@
 import {FOCAL, matrix} from "./camera.js";
 import {Device} from "./device.js";
-import {PLACES_UNIT, Passes} from "./passes.js";
+import {Passes, PLACES_UNIT} from "./passes.js";
 import {packed, wanted} from "./samples.js";
 
 // Draws pictures tile by tile. The model's shaders draw one sample of each pixel to a small target, which is added to
@@ -30,9 +30,12 @@ export class Painter {
         const target = () => device.target(device.sampleFormat, TILE_SIDE, TILE_SIDE, device.gl.NEAREST);
         try {
             Object.assign(this, {
-                accumulate: program("accumulate.glsl"), present: program("present.glsl"),
-                contrast: program("contrast.glsl"), scatter: program("scatter.glsl", this.vertexShader("scatter")),
-                places: device.texture(device.gl.RG32F, TILE_SIDE, TILE_SIDE, device.gl.NEAREST), tile: target(),
+                accumulate: program("accumulate.glsl"),
+                present: program("present.glsl"),
+                contrast: program("contrast.glsl"),
+                scatter: program("scatter.glsl", this.vertexShader("scatter")),
+                places: device.texture(device.gl.RG32F, TILE_SIDE, TILE_SIDE, device.gl.NEAREST),
+                tile: target(),
                 passes: new Passes(device, target),
             });
         } catch (error) {
@@ -73,7 +76,8 @@ export class Painter {
     // Returns wanted() of a picture with one sample of every pixel.
     async wanted(picture, samples) {
         const {gl} = this.device, {width, height} = picture, {program} = this.contrast;
-        const target = this.device.target(gl.RGBA8, width, height, gl.NEAREST), seen = new Uint8Array(4 * width * height);
+        const target = this.device.target(gl.RGBA8, width, height, gl.NEAREST),
+            seen = new Uint8Array(4 * width * height);
         gl.useProgram(program);
         gl.bindTexture(gl.TEXTURE_2D, picture.texture);
         gl.bindFramebuffer(gl.FRAMEBUFFER, target.framebuffer);
@@ -98,7 +102,8 @@ export class Painter {
         let pixels = 0;
         do {
             const next = tiles.shift();
-            pixels += next.places ? this.drawPack(variant, values, next, picture, share)
+            pixels += next.places ?
+                this.drawPack(variant, values, next, picture, share)
                 : this.drawTile(variant, values, next, picture, share);
         } while (tiles.length && variant.cost && pixels * variant.cost < BATCH);
         await this.device.done();

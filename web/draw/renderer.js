@@ -2,7 +2,7 @@ import {pause} from "../model/pause.js";
 import {DeviceError, nextFrame} from "./device.js";
 import {Painter} from "./painter.js";
 import {COARSEST, Following} from "./reprojection.js";
-import {withOptions, jitter, uniforms} from "./uniforms.js";
+import {jitter, uniforms, withOptions} from "./uniforms.js";
 import {Variants} from "./variants.js";
 
 // Schedules the drawing in slices of some milliseconds, so that the page never freezes: coarse pixels during motion, or

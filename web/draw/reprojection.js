@@ -10,7 +10,8 @@ const turnBetween = (angle, start) => (angle - start + 540) % 360 - 180;
 
 // Returns the angle nearest to `angle` to which a picture seen from the angle `start` may be reprojected.
 export const nearAngle = (angle, start) => (
-    start + Math.max(-FARTHEST_TURN, Math.min(FARTHEST_TURN, turnBetween(angle, start))));
+    start + Math.max(-FARTHEST_TURN, Math.min(FARTHEST_TURN, turnBetween(angle, start)))
+);
 
 export class Following {
     constructor(renderer) {

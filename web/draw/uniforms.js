@@ -13,13 +13,26 @@ export function uniforms({model, camera, options, cells}, loops, [width, height]
     const first = skips && level === normalLevel;
     const {steps, rounds} = fitting(loops, level, normalLevel, stepsOf(model, options), defaults.rounds[0], first);
     return {
-        resolution: [width, height], jitter: jitter(k), camera: matrix(camera, width / height), focal: [FOCAL],
-        level, normal_level: normalLevel, iterations: steps, rounds, delta: model.levels.map(({delta}) => delta),
+        resolution: [width, height],
+        jitter: jitter(k),
+        camera: matrix(camera, width / height),
+        focal: [FOCAL],
+        level,
+        normal_level: normalLevel,
+        iterations: steps,
+        rounds,
+        delta: model.levels.map(({delta}) => delta),
         step_bound: model.levels.map(({bounds}) => bounds.step_bound),
-        band_step_bound: model.levels.map(({bounds}) => bounds.band_step_bound), step_scale: defaults.step_scale,
-        shading: shadings.indexOf(options.shading), light: options.light, ground: [model.ground],
-        background_bottom: options.background[0], background_top: options.background[1], time: [options.time],
-        schedule: defaults.schedule[0], skips: Number(skips), // the grid of cells (passes.js)
+        band_step_bound: model.levels.map(({bounds}) => bounds.band_step_bound),
+        step_scale: defaults.step_scale,
+        shading: shadings.indexOf(options.shading),
+        light: options.light,
+        ground: [model.ground],
+        background_bottom: options.background[0],
+        background_top: options.background[1],
+        time: [options.time],
+        schedule: defaults.schedule[0],
+        skips: Number(skips), // the grid of cells (passes.js)
         first: Number(first), // first look (normals.glsl, traced.glsl)
     };
 }
@@ -39,7 +52,8 @@ export function fitting(loops, level, normalLevel, steps, rounds, first = false)
     if (!loops) return {steps, rounds};
     const studio = shared.studio_evaluations * (1 + loops.value[0]) + 1;
     const look = 6 + shared.cells.lookups + loops.value[level - 1] + loops.gradient[level - 1];
-    const once = 1 + studio + shared.cells.lookups + loops.gradient[normalLevel - 1] + loops.texture + (first ? look : 0);
+    const once = 1 + studio + shared.cells.lookups + loops.gradient[normalLevel - 1] + loops.texture +
+        (first ? look : 0);
     const round = () => 4 + steps[level - 1] * (2 + loops.value[level - 1]);
     const isTooLong = () => rounds * round() + once > shared.loop_limit;
     if (isTooLong())

@@ -1,7 +1,7 @@
 import {pause} from "../model/pause.js";
 import {TEXTURE_WIDTH} from "../print/texels.js";
 import {countsOf, emptyCells} from "./cells.js";
-import {withOptions, uniforms} from "./uniforms.js";
+import {uniforms, withOptions} from "./uniforms.js";
 
 // The model's shader has two variants: weights in a texture, or as literals. The texture variant is ready at once. The
 // literal variant compiles after the first picture, because slow drivers draw nothing meanwhile; the faster one stays.
@@ -102,7 +102,8 @@ export class Variants {
         }
         await device.done(); // a query of the result would wait, and block the page, while the device is busy
         const programs = Object.fromEntries(begun.map(([name, one]) => [
-            name, {...device.finish(one), inBlocks: passes.inBlocks(name)},
+            name,
+            {...device.finish(one), inBlocks: passes.inBlocks(name)},
         ]));
         const weights = height ? device.texture(gl.RGBA32F, TEXTURE_WIDTH, height, gl.NEAREST, texels) : null;
         return {storage, programs, weights, loops: device.limitsLoops ? loops : null, cost: 0, proven: false};
@@ -131,7 +132,7 @@ export class Variants {
 
     // Returns the milliseconds to draw the center of a 256 x 256 picture.
     async time(variant, values) {
-        for (let count = 1; ; count *= 4) {
+        for (let count = 1;; count *= 4) {
             const start = performance.now();
             for (let k = 0; k < count; ++k) this.painter.draw(variant, values, [96, 96], [64, 64]);
             await this.painter.device.done();
@@ -146,9 +147,17 @@ export class Variants {
         const {painter, scene, probes: {points, values: expected}} = this, levels = scene.model.levels.length;
         if (!painter.device.float || !expected.length) return null;
         const values = {
-            ...uniforms(withOptions(scene, {level: levels, normalLevel: levels, shading: "data", time: 0}), null, [1, 1]),
-            schedule: 0, first: 0, rounds: 1, iterations: Array(levels).fill(1), step_scale: [1],
-            step_bound: Array(levels).fill(1), band_step_bound: Array(levels).fill(1),
+            ...uniforms(withOptions(scene, {level: levels, normalLevel: levels, shading: "data", time: 0}), null, [
+                1,
+                1,
+            ]),
+            schedule: 0,
+            first: 0,
+            rounds: 1,
+            iterations: Array(levels).fill(1),
+            step_scale: [1],
+            step_bound: Array(levels).fill(1),
+            band_step_bound: Array(levels).fill(1),
         };
         expected.forEach((_, k) => {
             const camera = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, ...points.slice(3 * k, 3 * k + 3), 1];

@@ -25,7 +25,8 @@ export class ElementTree {
         style.replaceSync(STYLE);
         shadow.adoptedStyleSheets = [style];
         const [poster, slot, image, still, note] = ["div", "slot", "img", "canvas", "div"].map(
-            (tag) => document.createElement(tag));
+            (tag) => document.createElement(tag),
+        );
         poster.className = "poster";
         poster.part = "poster";
         Object.assign(slot, {name: "poster"});

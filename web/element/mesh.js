@@ -24,16 +24,28 @@ export function createMesh(THREE, options = {}) {
     const steps = model.levels.map(({iterations}) => iterations), last = model.levels.length;
     const fit = fitting(limitsLoops ? loops : null, last, last, steps, shared.defaults.rounds[0]);
     const values = {
-        weights, level, time, iterations: fit.steps, rounds: fit.rounds, delta: model.levels.map(({delta}) => delta),
+        weights,
+        level,
+        time,
+        iterations: fit.steps,
+        rounds: fit.rounds,
+        delta: model.levels.map(({delta}) => delta),
         step_bound: model.levels.map(({bounds}) => bounds.step_bound),
         band_step_bound: model.levels.map(({bounds}) => bounds.band_step_bound),
-        plain: new THREE.Color(color), linearized: false, ...lightsOf(THREE, null),
+        plain: new THREE.Color(color),
+        linearized: false,
+        ...lightsOf(THREE, null),
     };
     const uniforms = Object.fromEntries(Object.entries(values).map(([name, value]) => [name, {value}]));
     const vertexShader = plainText("hull.vert.glsl");
-    const material = (name, more) => new THREE.ShaderMaterial({
-        vertexShader, fragmentShader: fragmentText(model, text, name, THREE), uniforms, side: THREE.BackSide, ...more,
-    });
+    const material = (name, more) =>
+        new THREE.ShaderMaterial({
+            vertexShader,
+            fragmentShader: fragmentText(model, text, name, THREE),
+            uniforms,
+            side: THREE.BackSide,
+            ...more,
+        });
     const side = 2 * (1 + model.levels[last - 1].delta);
     const mesh = new THREE.Mesh(new THREE.BoxGeometry(side, side, side), material("hull_color.frag.glsl", {}));
     mesh.material.shadowSide = THREE.BackSide;
@@ -41,15 +53,22 @@ export function createMesh(THREE, options = {}) {
     mesh.name = model.name;
     mesh.onBeforeRender = (renderer, scene) => {
         if (renderer.capabilities?.isWebGL2 === false || renderer.isWebGPURenderer) return decline(mesh);
-        const isManaged = THREE.ColorManagement?.enabled || renderer.outputEncoding === THREE.sRGBEncoding && THREE.sRGBEncoding;
-        for (const [name, value] of Object.entries({...lightsOf(THREE, scene, renderer), linearized: Boolean(isManaged)}))
+        const isManaged = THREE.ColorManagement?.enabled ||
+            renderer.outputEncoding === THREE.sRGBEncoding && THREE.sRGBEncoding;
+        for (
+            const [name, value] of Object.entries({...lightsOf(THREE, scene, renderer), linearized: Boolean(isManaged)})
+        )
             uniforms[name].value = value;
         mesh.material.uniformsNeedUpdate = true;
     };
     mesh.raycast = (caster, hits) => castRay(THREE, mesh, model, caster, hits);
-    mesh.dispose = () => [weights, mesh.geometry, mesh.material, mesh.customDepthMaterial].forEach((part) => part.dispose());
+    mesh.dispose = () =>
+        [weights, mesh.geometry, mesh.material, mesh.customDepthMaterial].forEach((part) => part.dispose());
     for (const name of ["level", "time"])
-        Object.defineProperty(mesh, name, {get: () => uniforms[name].value, set: (value) => (uniforms[name].value = value)});
+        Object.defineProperty(mesh, name, {
+            get: () => uniforms[name].value,
+            set: (value) => (uniforms[name].value = value),
+        });
     return mesh;
 }
 
@@ -58,8 +77,10 @@ function decline(mesh) {
     mesh.visible = false;
     if (isRefused) return;
     isRefused = true;
-    console.error("createMesh needs a THREE.WebGLRenderer with WebGL 2: before release 118, its option "
-        + '{canvas, context: canvas.getContext("webgl2")}');
+    console.error(
+        "createMesh needs a THREE.WebGLRenderer with WebGL 2: before release 118, its option "
+            + '{canvas, context: canvas.getContext("webgl2")}',
+    );
 }
 
 // Asks a context, which is given back at once.
@@ -85,7 +106,9 @@ const float STEP_SCALE = ${shared.defaults.step_scale[0].toFixed(6)};
 uniform int level, rounds, iterations[LEVELS];
 uniform float time, delta[LEVELS], step_bound[LEVELS], band_step_bound[LEVELS];
 uniform sampler2D weights;
-${model.texture ? "#define TEXTURED\n" : ""}${["sine.glsl", "half_width.glsl"].map((file) => plainText(file, seen)).join("\n")}
+${model.texture ? "#define TEXTURED\n" : ""}${
+        ["sine.glsl", "half_width.glsl"].map((file) => plainText(file, seen)).join("\n")
+    }
 ${field}
 ${["skip.glsl", "march.glsl", "hull.frag.glsl", name].map((file) => plainText(file, seen)).join("\n")}`
         .replace("OUTPUT_COLORS", `#include <${colors}>`);

@@ -20,7 +20,8 @@ export async function loadModel(url, signal = null) {
     try {
         const answer = await fetch(url, {signal}), {status} = answer;
         // HTTP/2 has no texts.
-        if (!answer.ok) throw new ModelError(`${status} ${answer.statusText || (status === 404 ? "Not Found" : "")}`.trim());
+        if (!answer.ok)
+            throw new ModelError(`${status} ${answer.statusText || (status === 404 ? "Not Found" : "")}`.trim());
         const model = parseModel(await answer.arrayBuffer(), true);
         return {...model, ground: lowestPoint(model), poster: null};
     } catch (error) {

@@ -18,7 +18,9 @@ export function readOrbit(text, home, fit) {
     const distance = radius.endsWith("%") ? fit * value / 100 : value;
     const polar = Math.min(180, Math.max(0, angle(phi, 90 - home.elevation)));
     return {
-        ...home, azimuth: angle(theta, home.azimuth), elevation: 90 - polar,
+        ...home,
+        azimuth: angle(theta, home.azimuth),
+        elevation: 90 - polar,
         distance: distance > 0 ? Math.min(distance, FARTHEST_EYE) : null,
     };
 }

@@ -5,9 +5,23 @@ import {TURN} from "./orbits.js";
 const asText = (text) => text, asFlag = (text) => text !== null;
 const asNumber = (usual) => (text) => (text === null ? null : Number(text) || usual);
 export const ATTRIBUTES = {
-    src: asText, model: asText, poster: asText, loading: asText, reveal: asText, shade: asText, level: asNumber(null),
-    background: asText, "camera-orbit": asText, "camera-controls": asFlag, "disable-zoom": asFlag, "disable-pan": asFlag,
-    "touch-action": asText, alt: asText, turntable: asNumber(TURN), "auto-rotate": asFlag, "rotation-per-second": asText,
+    src: asText,
+    model: asText,
+    poster: asText,
+    loading: asText,
+    reveal: asText,
+    shade: asText,
+    level: asNumber(null),
+    background: asText,
+    "camera-orbit": asText,
+    "camera-controls": asFlag,
+    "disable-zoom": asFlag,
+    "disable-pan": asFlag,
+    "touch-action": asText,
+    alt: asText,
+    turntable: asNumber(TURN),
+    "auto-rotate": asFlag,
+    "rotation-per-second": asText,
     autoplay: asFlag,
 };
 
@@ -15,7 +29,8 @@ export const ATTRIBUTES = {
 export function addProperties(prototype) {
     for (const [name, read] of Object.entries(ATTRIBUTES)) {
         Object.defineProperty(prototype, name.replace(/-./g, ([, letter]) => letter.toUpperCase()), {
-            configurable: true, enumerable: true,
+            configurable: true,
+            enumerable: true,
             get() {
                 return read(this.getAttribute(name));
             },

@@ -17,15 +17,32 @@ export class Stage {
     constructor(canvas, listener) {
         const none = () => {};
         Object.assign(this, {
-            canvas, listener, camera: null, model: null, isLoaded: false, isFreed: false, turning: 0, playing: null, phase: 0,
+            canvas,
+            listener,
+            camera: null,
+            model: null,
+            isLoaded: false,
+            isFreed: false,
+            turning: 0,
+            playing: null,
+            phase: 0,
         });
         const length = Math.hypot(...shared.defaults.light);
         this.options = {
-            level: Infinity, normalLevel: null, shading: facts.shade, iterations: 1, resolution: "auto", time: 0,
-            light: shared.defaults.light.map((c) => c / length), background: [],
+            level: Infinity,
+            normalLevel: null,
+            shading: facts.shade,
+            iterations: 1,
+            resolution: "auto",
+            time: 0,
+            light: shared.defaults.light.map((c) => c / length),
+            background: [],
         };
         this.renderer = new Renderer(canvas, (name) => facts.shaders[name], {
-            frame: (frame) => this.isFreed || listener.frame(frame), progress: none, stored: none, trying: none,
+            frame: (frame) => this.isFreed || listener.frame(frame),
+            progress: none,
+            stored: none,
+            trying: none,
             failed: (error) => this.isFreed || listener.failed(error),
         });
         canvas.addEventListener("webglcontextlost", (event) => {
@@ -112,20 +129,31 @@ export class Stage {
     // Lets the visitor move the camera. zooms, pans: whether also these. isGreedy: whether they never scroll the page:
     // else, the wheel does without focus and without Ctrl, and so does a finger up and down.
     listen(zooms, pans, isGreedy) {
-        const pan = pans ? (right, up) => this.pan(right, up) : null, zoom = zooms ? (factor) => this.zoom(factor) : null;
+        const pan = pans ? (right, up) => this.pan(right, up) : null,
+            zoom = zooms ? (factor) => this.zoom(factor) : null;
         listenToPointers(this.canvas, {
-            turn: (right, up) => this.turn(right, up), pan, zoom, reset: () => this.reset(),
-            sideways: isGreedy ? 0 : SIDEWAYS, takesWheel: ({ctrlKey, metaKey}) => isGreedy || ctrlKey || metaKey || this.canvas.matches(":focus"),
+            turn: (right, up) => this.turn(right, up),
+            pan,
+            zoom,
+            reset: () => this.reset(),
+            sideways: isGreedy ? 0 : SIDEWAYS,
+            takesWheel: ({ctrlKey, metaKey}) => isGreedy || ctrlKey || metaKey || this.canvas.matches(":focus"),
         });
         // Where one finger scrolls the page, two do not.
         this.canvas.addEventListener("touchmove", (event) => {
             if (event.targetTouches.length > 1 && (pan || zoom)) event.preventDefault();
         }, {passive: false});
         const arrow = (right, up) => ({shiftKey}) => (
-            shiftKey ? pan?.(-0.05 * right, -0.05 * up) : this.turn(-right / 36, -up / 36));
+            shiftKey ? pan?.(-0.05 * right, -0.05 * up) : this.turn(-right / 36, -up / 36)
+        );
         listenToKeys({
-            ArrowLeft: arrow(-1, 0), ArrowRight: arrow(1, 0), ArrowUp: arrow(0, 1), ArrowDown: arrow(0, -1), r: () => this.reset(),
-            Home: () => this.reset(), ...(zooms && {"+": () => zoom(0.9), "=": () => zoom(0.9), "-": () => zoom(1 / 0.9)}),
+            ArrowLeft: arrow(-1, 0),
+            ArrowRight: arrow(1, 0),
+            ArrowUp: arrow(0, 1),
+            ArrowDown: arrow(0, -1),
+            r: () => this.reset(),
+            Home: () => this.reset(),
+            ...(zooms && {"+": () => zoom(0.9), "=": () => zoom(0.9), "-": () => zoom(1 / 0.9)}),
         }, this.canvas);
     }
 
@@ -152,7 +180,7 @@ export class Stage {
 
     // Yields the seconds between frames while a condition holds, but none while a picture is saved.
     async *frames(holds) {
-        for (let last = performance.now(); ;) {
+        for (let last = performance.now();;) {
             await nextFrame();
             if (this.isFreed || !holds()) return;
             const now = performance.now();

@@ -44,7 +44,9 @@ export class MplicitsView extends (globalThis.HTMLElement ?? Object) { // on a s
             new ResizeObserver(() => (this.#stage ? this.#stage.resize() : this.#wake())),
         ];
         this.#drawer = {
-            open: () => this.#open(), rest: () => this.#free(), resize: () => this.#stage?.resize(),
+            open: () => this.#open(),
+            rest: () => this.#free(),
+            resize: () => this.#stage?.resize(),
             idleness: () => (this.#near ? Number(this.#isIdle()) : 2),
         };
         for (const type of ["pointerenter", "focusin"]) this.addEventListener(type, () => this.#wake());

@@ -6,7 +6,8 @@ import {INPUTS} from "./kernel.js";
 export function layersOf({network, layout, weights}) {
     return placesOf(network, layout).map(({rows, columns, stride, at, biases}) => {
         const weight = new Float32Array(rows * columns);
-        for (let o = 0; o < rows; ++o) weight.set(weights.subarray(at + o * stride, at + o * stride + columns), o * columns);
+        for (let o = 0; o < rows; ++o)
+            weight.set(weights.subarray(at + o * stride, at + o * stride + columns), o * columns);
         return {rows, columns, weight, bias: weights.slice(biases, biases + rows)};
     });
 }

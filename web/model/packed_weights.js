@@ -15,7 +15,8 @@ export function unpackWeights(sizes, bytes) {
         if (!Array.isArray(widths) || widths.length < 3 || !widths.every(isWidth)) throw damaged();
         widths.reduce((columns, rows) => (count += columns * rows, rows));
     }
-    if (count > Math.min(CODED.most_weights, CODED.weights_of_a_byte * bytes.length) || bytes.length < 4) throw damaged();
+    if (count > Math.min(CODED.most_weights, CODED.weights_of_a_byte * bytes.length) || bytes.length < 4)
+        throw damaged();
     const byte = () => {
         if (at >= bytes.length) throw damaged();
         code = code % CODED_LEAST * 256 + bytes[at++];
@@ -49,20 +50,22 @@ export function unpackWeights(sizes, bytes) {
         }
         return value * 2 ** shift + plain(2 ** shift);
     };
-    for (const [prefix, widths] of Object.entries(sizes)) for (let j = 1; j < widths.length; ++j) {
-        const columns = widths[j - 1], rows = widths[j];
-        const weight = new Float32Array(rows * columns), biases = new Float32Array(rows);
-        const [width, biasWidth, first] = [0, 0, 0].map(() => plain(2 * offset) - offset), exponents = [first];
-        for (let i = 1; i < rows; ++i) exponents.push(exponents[i - 1] + number(change));
-        if (exponents.some((e) => Math.abs(e) > offset || Math.max(width, biasWidth) - 2 * e > most)) throw damaged();
-        exponents.forEach((e, i) => {
-            for (let k = 0; k < columns; ++k) weight[i * columns + k] = number(width - 2 * e) * rootPower(2 * e);
-            biases[i] = number(biasWidth - 2 * e) * (rootPower(2 * e) / bias);
-        });
-        const name = `${prefix}.layer${j - 1}`;
-        tensors.push([`${name}.weight`, {shape: [rows, columns], values: weight}]);
-        tensors.push([`${name}.bias`, {shape: [rows], values: biases}]);
-    }
+    for (const [prefix, widths] of Object.entries(sizes))
+        for (let j = 1; j < widths.length; ++j) {
+            const columns = widths[j - 1], rows = widths[j];
+            const weight = new Float32Array(rows * columns), biases = new Float32Array(rows);
+            const [width, biasWidth, first] = [0, 0, 0].map(() => plain(2 * offset) - offset), exponents = [first];
+            for (let i = 1; i < rows; ++i) exponents.push(exponents[i - 1] + number(change));
+            if (exponents.some((e) => Math.abs(e) > offset || Math.max(width, biasWidth) - 2 * e > most))
+                throw damaged();
+            exponents.forEach((e, i) => {
+                for (let k = 0; k < columns; ++k) weight[i * columns + k] = number(width - 2 * e) * rootPower(2 * e);
+                biases[i] = number(biasWidth - 2 * e) * (rootPower(2 * e) / bias);
+            });
+            const name = `${prefix}.layer${j - 1}`;
+            tensors.push([`${name}.weight`, {shape: [rows, columns], values: weight}]);
+            tensors.push([`${name}.bias`, {shape: [rows], values: biases}]);
+        }
     if (code || bytes.subarray(at).some(Boolean)) throw damaged();
     return tensors;
 }

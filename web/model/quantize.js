@@ -32,7 +32,9 @@ export function quantizedNetwork(network, result, {fine, hidden, clip} = TRAINED
         if (j === network.length - 1) {
             const rows = rowsOf(to);
             rowsOf(layer).forEach((row, o) => roundFinely(row, rows[o], fine));
-            bias.forEach((value, o) => { to.bias[o] = nearestWhole(value * DECIMALS) / DECIMALS; });
+            bias.forEach((value, o) => {
+                to.bias[o] = nearestWhole(value * DECIMALS) / DECIMALS;
+            });
         } else if (j === 0) {
             roundFinely(weight, to.weight, fine);
             roundFinely(bias, to.bias, fine);
@@ -116,8 +118,10 @@ function sumInPairs(values, start, count, center, power) {
     const {fround} = Math;
     if (count > TOGETHER_SUMMED) {
         const half = (count >> 1) & ~7;
-        return fround(sumInPairs(values, start, half, center, power)
-            + sumInPairs(values, start + half, count - half, center, power));
+        return fround(
+            sumInPairs(values, start, half, center, power)
+                + sumInPairs(values, start + half, count - half, center, power),
+        );
     }
     const term = (i) => {
         const difference = fround(values[start + i] - center);

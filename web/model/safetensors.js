@@ -16,8 +16,10 @@ export function parseModel(buffer, own = false) {
     refuse(metadata.format !== FORMAT.name, `not an ${FORMAT.name} model (metadata key 'format')`);
     refuse(!/^[1-9][0-9]{0,8}$/.test(metadata.version ?? ""), "metadata key 'version' is not a version number");
     if (Number(metadata.version) > FORMAT.version) {
-        throw new ModelError(`format version ${metadata.version} is newer than this page reads (${FORMAT.version}); `
-            + "bake a new page");
+        throw new ModelError(
+            `format version ${metadata.version} is newer than this page reads (${FORMAT.version}); `
+                + "bake a new page",
+        );
     }
     const spans = Object.values(entries).map((entry) => [entry?.data_offsets].flat());
     const claimed = spans.reduce((sum, [from, to]) => sum + Math.max(to - from || 0, 0), 0);
@@ -26,8 +28,10 @@ export function parseModel(buffer, own = false) {
     refuse(header.end + end !== buffer.byteLength, "the file is cut short or damaged");
     const description = describe(metadata.model);
     if (description.scene) {
-        throw new ModelError("a scene of several shapes needs a separate page; "
-            + "make it with: mplicits bake SCENE.safetensors --target html");
+        throw new ModelError(
+            "a scene of several shapes needs a separate page; "
+                + "make it with: mplicits bake SCENE.safetensors --target html",
+        );
     }
     const tensors = new Map(), sizes = {F32: 4, ...(own ? {F16: 2, I16: 2, I8: 1} : {})};
     const steps = own ? JSON.parse(metadata.steps ?? "{}") : {};
@@ -50,14 +54,18 @@ export function parseModel(buffer, own = false) {
     let parameters = 0;
     for (const tensor of tensors.values()) parameters += tensor.values.length;
     const levels = description.levels.map((level, i) => ({
-        network: takeNetwork(tensors, `level${i + 1}`, inputs, 1), delta: level.delta, iterations: level.iterations,
+        network: takeNetwork(tensors, `level${i + 1}`, inputs, 1),
+        delta: level.delta,
+        iterations: level.iterations,
         bounds: Object.fromEntries(STEP_BOUNDS.map((key) => [key, level[key] ?? FORMAT.default_step_bound])),
     }));
     const texture = tensors.has("texture.layer0.weight") ? takeNetwork(tensors, "texture", inputs, 3) : null;
     if (tensors.size) {
         const extra = [...tensors.keys()].sort()[0];
-        throw new ModelError(`${extra}: not a tensor of a model with ${levels.length} levels, `
-            + "or the layer before it is missing");
+        throw new ModelError(
+            `${extra}: not a tensor of a model with ${levels.length} levels, `
+                + "or the layer before it is missing",
+        );
     }
     const {name, front, credit} = description;
     return {name, inputs: description.inputs, front, credit, levels, texture, parameters};
@@ -100,17 +108,22 @@ function describe(text) {
             refuse(!isBetween(bound, SMALLEST, 1), `levels[${i + 1}].${key}: must be a positive number of at most 1`);
         }
         const most = FORMAT.most_iterations;
-        refuse(!(Number.isInteger(level.iterations) && level.iterations >= 1 && level.iterations <= most),
-            `levels[${i + 1}].iterations: must be a whole number from 1 to ${most}`);
+        refuse(
+            !(Number.isInteger(level.iterations) && level.iterations >= 1 && level.iterations <= most),
+            `levels[${i + 1}].iterations: must be a whole number from 1 to ${most}`,
+        );
     });
     const isList = (list, ...most) => (
-        Array.isArray(list) && list.length === most.length && most.every((end, i) => isBetween(list[i], -end, end)));
+        Array.isArray(list) && list.length === most.length && most.every((end, i) => isBetween(list[i], -end, end))
+    );
     refuse(!isList(centre, LARGEST, LARGEST, LARGEST), "centre: three finite numbers are needed");
     refuse(!isBetween(scale, SMALLEST, LARGEST), "scale: must be a positive number");
     refuse(!isObject(provenance), "provenance: is not an object of keys and values");
     refuse(!isText(up) || !/^-?[xyz]$/.test(up), "up: is none of y, z, x, -y, -z, -x");
-    refuse(front !== undefined && !isList(front, 360, 90),
-        "front: azimuth from -360 to 360, elevation from -90 to 90 degrees");
+    refuse(
+        front !== undefined && !isList(front, 360, 90),
+        "front: azimuth from -360 to 360, elevation from -90 to 90 degrees",
+    );
     refuse(!isText(credit), "credit: not a text");
     return {...description, front: front ?? null, credit};
 }
@@ -122,8 +135,10 @@ function readTensor(name, entry, buffer, start, sizes, steps) {
     refuse(!size, `${name}: must be float32`);
     const {shape, data_offsets: offsets} = entry;
     const isSize = (value) => Number.isInteger(value) && value >= 0;
-    refuse(!Array.isArray(shape) || !shape.every(isSize) || !Array.isArray(offsets) || !offsets.every(isSize),
-        `${name}: its entry in the header is damaged`);
+    refuse(
+        !Array.isArray(shape) || !shape.every(isSize) || !Array.isArray(offsets) || !offsets.every(isSize),
+        `${name}: its entry in the header is damaged`,
+    );
     const count = shape.reduce((product, side) => product * side, 1);
     const [from, to] = offsets;
     refuse(to - from !== count * size || start + to > buffer.byteLength, `${name}: the file is cut short or damaged`);
@@ -165,11 +180,15 @@ function takeNetwork(tensors, prefix, inputs, outputs) {
         const weight = tensors.get(`${name}.weight`), bias = tensors.get(`${name}.bias`);
         refuse(!bias, `${name}.bias: missing`);
         const [rows, width] = weight.shape;
-        refuse(weight.shape.length !== 2 || width !== columns,
-            `${name}.weight: shape (${weight.shape.join(", ")}), expected (out, ${columns})`);
+        refuse(
+            weight.shape.length !== 2 || width !== columns,
+            `${name}.weight: shape (${weight.shape.join(", ")}), expected (out, ${columns})`,
+        );
         refuse(rows < 1 || rows > FORMAT.widest, `${name}.weight: ${rows} outputs, expected 1 to ${FORMAT.widest}`);
-        refuse(bias.shape.length !== 1 || bias.shape[0] !== rows,
-            `${name}.bias: shape (${bias.shape.join(", ")}), expected (${rows},)`);
+        refuse(
+            bias.shape.length !== 1 || bias.shape[0] !== rows,
+            `${name}.bias: shape (${bias.shape.join(", ")}), expected (${rows},)`,
+        );
         layers.push({rows, columns, weight: weight.values, bias: bias.values});
         tensors.delete(`${name}.weight`);
         tensors.delete(`${name}.bias`);

@@ -75,7 +75,8 @@ function withScales({ops, blocks}, scales) {
         if (scale === 1) return lines;
         const [, first, ...others] = lines, {result, offset} = op;
         return [
-            first.replace(`${result} +=`, `float ${result} =`), ...others,
+            first.replace(`${result} +=`, `float ${result} =`),
+            ...others,
             `${result} = ${number(scale)} * ${result} + ${number(offset)};`,
         ];
     });

@@ -91,14 +91,16 @@ const finest = (network) => withSizes(network, SIZES.at(-1));
 // Returns each point, then each moved along x, and so on.
 function withNeighbors(points) {
     return [-1, 0, 1, 2].flatMap((along) => (
-        points.map((point) => point.map((c, axis) => (axis === along ? c + NEIGHBOR : c)))));
+        points.map((point) => point.map((c, axis) => (axis === along ? c + NEIGHBOR : c)))
+    ));
 }
 
 // Returns [f, derivatives along x, y, z] of each point, from the values at points of withNeighbors().
 function jetsOf(values) {
     const count = values.length / 4;
     return Array.from({length: count}, (_, k) => (
-        [0, 1, 2, 3].map((part) => (part ? (values[part * count + k] - values[k]) / NEIGHBOR : values[k]))));
+        [0, 1, 2, 3].map((part) => (part ? (values[part * count + k] - values[k]) / NEIGHBOR : values[k]))
+    ));
 }
 
 function valuesNear(model, points) {

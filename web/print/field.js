@@ -1,7 +1,7 @@
 import {shared} from "../model/facts.js";
 import {declareLiterals, straight} from "./literal.js";
 import {lowered, widest} from "./lower_model.js";
-import {READERS, countLoops, layOut, looped} from "./texels.js";
+import {countLoops, layOut, looped, READERS} from "./texels.js";
 
 // Prints the field's GLSL of any model, byte for byte as codegen/printers/field.py (tests/web/test_page_printer.py).
 // Returns {text, texels, height, loops}: the text of field(), field_gradient() and albedo(); the weight texture,
@@ -34,7 +34,8 @@ function storageOf(code, storage) {
 
 export function printFunction({name, outputs}, body) {
     const [type, result] = {
-        1: ["float", outputs[0]], 2: ["vec4", `vec4(${outputs[0]}.xyz, ${outputs[1]})`],
+        1: ["float", outputs[0]],
+        2: ["vec4", `vec4(${outputs[0]}.xyz, ${outputs[1]})`],
         3: ["vec3", `vec3(${outputs.join(", ")})`],
     }[outputs.length];
     return [`${type} ${name}(vec4 p) {`, ...body.map((line) => `    ${line}`), `    return ${result};`, "}"];
@@ -43,22 +44,45 @@ export function printFunction({name, outputs}, body) {
 function printValue([first, ...others], input) {
     const deeper = others.flatMap(({name}, k) => [
         `    if (reached == ${k + 1} && level > ${k + 1} && abs(f) < delta[${k}]) {`,
-        `        f += ${name}(q);`, `        reached = ${k + 2};`, "    }",
+        `        f += ${name}(q);`,
+        `        reached = ${k + 2};`,
+        "    }",
     ]);
-    return ["float field(vec3 p, int level, out int reached) {", `    vec4 q = ${input};`,
-        `    float f = ${first.name}(q);`, "    reached = 1;", ...deeper, "    return f;", "}"];
+    return [
+        "float field(vec3 p, int level, out int reached) {",
+        `    vec4 q = ${input};`,
+        `    float f = ${first.name}(q);`,
+        "    reached = 1;",
+        ...deeper,
+        "    return f;",
+        "}",
+    ];
 }
 
 function printGradient([first, ...others], input) {
     const deeper = others.flatMap(({name}, k) => [
         `    if (level > ${k + 1}) g += ${name}(q);`,
         `    if (reached == ${k + 1} && level > ${k + 1} && abs(f) < delta[${k}]) {`,
-        "        f = g.w;", `        reached = ${k + 2};`, "    }",
+        "        f = g.w;",
+        `        reached = ${k + 2};`,
+        "    }",
     ]);
-    return ["vec4 field_gradient(vec3 p, int level, out float f, out int reached) {", `    vec4 q = ${input};`,
-        `    vec4 g = ${first.name}(q);`, "    f = g.w;", "    reached = 1;", ...deeper, "    return g;", "}", "",
-        "vec4 field_gradient(vec3 p, int level) {", "    float f;", "    int reached;",
-        "    return field_gradient(p, level, f, reached);", "}"];
+    return [
+        "vec4 field_gradient(vec3 p, int level, out float f, out int reached) {",
+        `    vec4 q = ${input};`,
+        `    vec4 g = ${first.name}(q);`,
+        "    f = g.w;",
+        "    reached = 1;",
+        ...deeper,
+        "    return g;",
+        "}",
+        "",
+        "vec4 field_gradient(vec3 p, int level) {",
+        "    float f;",
+        "    int reached;",
+        "    return field_gradient(p, level, f, reached);",
+        "}",
+    ];
 }
 
 function printAlbedo(texture, input) {

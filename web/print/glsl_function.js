@@ -18,13 +18,17 @@ export function functionText(model, sha256) {
     const broadest = Math.max(...functions.map(widest));
     if (broadest > WIDEST_LITERAL) {
         throw new ModelError(
-            `a network ${broadest} wide is too large for constants in a shader, which take up to ${WIDEST_LITERAL}`);
+            `a network ${broadest} wide is too large for constants in a shader, which take up to ${WIDEST_LITERAL}`,
+        );
     }
     const withSines = (line) => line.replace(/ = (sine|cosine)\(/, ` = ${name}_$1(`);
     const [sines] = document.getElementById("prologue").textContent.match(SINES);
     const lines = [
-        headerLine(model, "glsl", sha256, {function: name, space: "model"}), ...usageComments(model, name), "",
-        ...declareLiterals(functions, constants).map(byColumns), "",
+        headerLine(model, "glsl", sha256, {function: name, space: "model"}),
+        ...usageComments(model, name),
+        "",
+        ...declareLiterals(functions, constants).map(byColumns),
+        "",
         sines.replace(/\b(reduced|sine|cosine)\(/g, `${name}_$1(`),
         ...functions.flatMap((code) => ["", ...printFunction(code, straight(code).map(withSines))]),
         ...userFunctions(model, name, program),
@@ -44,11 +48,14 @@ function functionName(text) {
 function withPrefix({values, gradients, texture, constants}, prefix) {
     const rename = (name) => (constants.has(name) ? prefix + name : name);
     const change = (code) => ({
-        ...code, name: prefix + code.name,
+        ...code,
+        name: prefix + code.name,
         ops: code.ops.map((op) => Object.fromEntries(Object.entries(op).map(([key, name]) => [key, rename(name)]))),
     });
     return {
-        values: values.map(change), gradients: gradients.map(change), texture: texture && change(texture),
+        values: values.map(change),
+        gradients: gradients.map(change),
+        texture: texture && change(texture),
         constants: new Map(Array.from(constants, ([key, constant]) => [prefix + key, constant])),
     };
 }
@@ -67,7 +74,7 @@ function usageComments({levels, inputs}, name) {
         `// A neural signed distance function of ${levels.length} nested level${levels.length > 1 ? "s" : ""}.`,
         "// Points and distances: the shape fits the unit sphere, y is up.",
         `// ${name}(p${time}): signed distance, negative inside. `
-            + `${name}_level(p, level${time}): levels 1 to \`level\`.`,
+        + `${name}_level(p, level${time}): levels 1 to \`level\`.`,
         `// ${name}_normal(p${time}): its gradient, of length 1. ${name}_color(p${time}): color on the surface, sRGB.`,
     ];
 }
@@ -77,20 +84,36 @@ function userFunctions({levels, inputs}, name, {values, gradients, texture}) {
     const moves = inputs === "xyzt", time = moves ? ", float time" : "";
     const input = `vec4(p.x, p.y, p.z, ${moves ? "time" : "1."})`;
     const print = (type, suffix, parameters, lines, result) => [
-        "", `${type} ${name}${suffix}(vec3 p${parameters}) {`, ...lines, `    return ${result};`, "}"];
+        "",
+        `${type} ${name}${suffix}(vec3 p${parameters}) {`,
+        ...lines,
+        `    return ${result};`,
+        "}",
+    ];
     const value = sumOfLevels(levels, values, input, "float", "level");
     const gradient = sumOfLevels(levels, gradients, input, "vec4", "");
     const [x, y, z] = gradient.results, length = `a${gradient.count + 1}`;
     const squares = `(((${x} * ${x}) + (${y} * ${y})) + (${z} * ${z}))`;
-    const color = texture ? ["x", "y", "z"].map((c) => `min(max(r1.${c}, 0.), 1.)`)
+    const color = texture ?
+        ["x", "y", "z"].map((c) => `min(max(r1.${c}, 0.), 1.)`)
         : shared.plain.split(",").map((c) => number(Number(c)));
     return [
         ...print("float", "_level", `, int level${time}`, value.lines, value.results[0]),
         ...print("float", "", time, [], `${name}_level(p, ${levels.length}${moves ? ", time" : ""})`),
-        ...print("vec3", "_normal", time, [...gradient.lines, `    float ${length} = sqrt(${squares});`],
-            `vec3(${[x, y, z].map((c) => `(${c} / ${length})`).join(", ")})`),
-        ...print("vec3", "_color", time, texture ? [`    vec3 r1 = ${texture.name}(${input});`] : [],
-            `vec3(${color.join(", ")})`),
+        ...print(
+            "vec3",
+            "_normal",
+            time,
+            [...gradient.lines, `    float ${length} = sqrt(${squares});`],
+            `vec3(${[x, y, z].map((c) => `(${c} / ${length})`).join(", ")})`,
+        ),
+        ...print(
+            "vec3",
+            "_color",
+            time,
+            texture ? [`    vec3 r1 = ${texture.name}(${input});`] : [],
+            `vec3(${color.join(", ")})`,
+        ),
     ];
 }
 

@@ -5,10 +5,18 @@ import {facts, shared} from "../model/facts.js";
 // Returns the line. sha256: of hashOf(), or "" to omit it; further: more facts, in their order.
 export function headerLine({name, levels, front, credit}, target, sha256, further = {}) {
     const sizes = levels.map(({network}) => `${network[0].rows}x${network.length - 2}`);
-    return `// ${pythonJson({
-        mplicits: facts.mplicits, target, name, ...(sha256 && {sha256: sha256.slice(0, 12)}), levels: sizes,
-        ...(front && {front}), ...(credit && {credit}), ...further,
-    })}`;
+    return `// ${
+        pythonJson({
+            mplicits: facts.mplicits,
+            target,
+            name,
+            ...(sha256 && {sha256: sha256.slice(0, 12)}),
+            levels: sizes,
+            ...(front && {front}),
+            ...(credit && {credit}),
+            ...further,
+        })
+    }`;
 }
 
 // Resolves to the hash of a model in a valid file with 32-bit weights (Model.sha256), hexadecimal; to "" where the

@@ -26,8 +26,10 @@ export function straight({ops, blocks}) {
         for (let k = 0; k < blocks.get(op.result); ++k) {
             const name = at(op.result, k);
             const terms = {
-                affine: () => [...(op.bias ? [`${op.bias}_${k}`] : []),
-                    ...over((i, h) => `${op.matrix}_${k}_${i} * ${h}`)],
+                affine: () => [
+                    ...(op.bias ? [`${op.bias}_${k}`] : []),
+                    ...over((i, h) => `${op.matrix}_${k}_${i} * ${h}`),
+                ],
                 transposed: () => over((o, g) => `${g} * ${op.matrix}_${o}_${k}`),
                 dot: () => [number(op.offset), ...over((i, h) => `dot(${op.row}_${i}, ${h})`)],
             }[op.kind]?.() ?? [elementwise(op, (value) => at(value, k))];

@@ -39,8 +39,9 @@ export function valuesAt({inputs}, network, points, time) {
 // Returns [value, level] of the nested field (field/interpret.py) at a point [x, y, z] and time 0.
 export function fieldValue(model, point) {
     let value = 0, level = 0;
-    do value += valuesAt(model, model.levels[level++].network, [point], 0)[0];
-    while (level < model.levels.length && Math.abs(value) < model.levels[level - 1].delta);
+    do value += valuesAt(model, model.levels[level++].network, [point], 0)[0]; while (
+        level < model.levels.length && Math.abs(value) < model.levels[level - 1].delta
+    );
     return [value, level];
 }
 

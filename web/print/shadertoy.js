@@ -42,17 +42,20 @@ export const fitsShadertoy = (model) => !model.field && widestOf(model) <= WIDES
 function textOf(model, sha256, shade, weights, further) {
     const by = model.credit ? `, by ${pythonJson(model.credit)}` : "";
     const floor = `const float G = ${number(Math.round(model.ground * 1e4) / 1e4)}`;
-    const text = (studio) => [
-        headerLine(model, "shadertoy", sha256, further),
-        `// ${pythonJson(model.name)}${by}`,
-        "// as a neural signed distance function, made with mplicits. Drag to orbit; edit the settings below.",
-        ...settingsOf(model, studio).map((setting) => `#define ${setting}`),
-        squeezedGlsl([
-            model.levels.length > 1 ? "int k = -1, J;" : "int k = -1;",
-            ...(studio ? [`${floor}, Y = ${shortNumber(model.levels[0].delta)};`] : []),
-            ...weights, ...fieldLines(model, studio), mainOf(model, studio),
-        ].join("\n")),
-    ].join("\n");
+    const text = (studio) =>
+        [
+            headerLine(model, "shadertoy", sha256, further),
+            `// ${pythonJson(model.name)}${by}`,
+            "// as a neural signed distance function, made with mplicits. Drag to orbit; edit the settings below.",
+            ...settingsOf(model, studio).map((setting) => `#define ${setting}`),
+            squeezedGlsl([
+                model.levels.length > 1 ? "int k = -1, J;" : "int k = -1;",
+                ...(studio ? [`${floor}, Y = ${shortNumber(model.levels[0].delta)};`] : []),
+                ...weights,
+                ...fieldLines(model, studio),
+                mainOf(model, studio),
+            ].join("\n")),
+        ].join("\n");
     const plain = text(false), lit = shade === "phong" ? "" : text(true);
     return shade === "studio" || (lit && lit.length <= (1 + STUDIO_SHARE) * plain.length) ? lit : plain;
 }
@@ -83,10 +86,17 @@ function fieldLines({levels}, studio) {
         `#if LEVEL >= ${i + 2}`,
         `if (k < 0) J = abs(f) > ${shortNumber(delta)} ? ${i + 1} : 9;`,
         `if (J < ${i + 2}) return f - ${shortNumber(delta / DELTA_FACTOR)};`,
-        `f += network${i + 2}(p);`, "#endif",
+        `f += network${i + 2}(p);`,
+        "#endif",
     ]);
-    return ["float field(vec4 p) {", "float f = network1(p);", ...(studio ? ["if (k > 3) return f;"] : []), ...deeper,
-        "return f;", "}"];
+    return [
+        "float field(vec4 p) {",
+        "float f = network1(p);",
+        ...(studio ? ["if (k > 3) return f;"] : []),
+        ...deeper,
+        "return f;",
+        "}",
+    ];
 }
 
 function mainOf({inputs, levels, texture}, studio) {

@@ -40,8 +40,12 @@ export function looped({ops, blocks, outputs}, offsets, most) {
         const later = new Set([...outputs, ...runs.slice(i + 1).flat().flatMap(sources)]);
         const isInner = (op) => op.kind !== "dot" && !later.has(op.result);
         const inner = new Set(run.filter(isInner).map(({result}) => result));
-        const at = (value, k = "k") => offsets.has(value) ? `texel(${offsets.get(value)} + ${k})`
-            : blocks.get(value) === 1 || inner.has(value) ? value : `${value}[${k}]`;
+        const at = (value, k = "k") =>
+            offsets.has(value) ?
+                `texel(${offsets.get(value)} + ${k})`
+                : blocks.get(value) === 1 || inner.has(value)
+                ? value
+                : `${value}[${k}]`;
         const before = [], body = [], after = [];
         for (const op of run) {
             if (op.kind === "dot") {
@@ -73,12 +77,12 @@ export function countLoops({ops, blocks}, most) {
 
 // Returns the lines that compute s, block k of n, of a product of the matrix at texel `base` and a source of m blocks.
 function product(op, n, m, base, at, most) {
-    const term = (j) => op.kind === "transposed"
-        ? `s += ${at(op.source, j)} * block(${base} + 4 * k + ${4 * n} * (${j}));`
-        : `s += block(${base} + ${4 * m} * k + 4 * (${j})) * ${at(op.source, j)};`;
+    const term = (j) =>
+        op.kind === "transposed"
+            ? `s += ${at(op.source, j)} * block(${base} + 4 * k + ${4 * n} * (${j}));`
+            : `s += block(${base} + ${4 * m} * k + 4 * (${j})) * ${at(op.source, j)};`;
     const step = unroll(m, most), terms = Array.from({length: step}, (_, u) => term(u ? `j + ${u}` : "j"));
-    return [`vec4 s = ${op.bias ? at(op.bias) : "vec4(0)"};`,
-        ...(m === 1 ? [term("0")] : loop("j", m, terms, step))];
+    return [`vec4 s = ${op.bias ? at(op.bias) : "vec4(0)"};`, ...(m === 1 ? [term("0")] : loop("j", m, terms, step))];
 }
 
 // Returns the names of an op's operands, without matrix, bias and row.

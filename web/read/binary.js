@@ -4,14 +4,22 @@ export const SIZES = {int8: 1, uint8: 1, int16: 2, uint16: 2, int32: 4, uint32: 
 // Returns a number of a DataView. Throws RangeError beyond its end.
 export function numberAt(view, type, at, isLittle) {
     switch (type) {
-        case "int8": return view.getInt8(at);
-        case "uint8": return view.getUint8(at);
-        case "int16": return view.getInt16(at, isLittle);
-        case "uint16": return view.getUint16(at, isLittle);
-        case "int32": return view.getInt32(at, isLittle);
-        case "uint32": return view.getUint32(at, isLittle);
-        case "float32": return view.getFloat32(at, isLittle);
-        default: return view.getFloat64(at, isLittle);
+        case "int8":
+            return view.getInt8(at);
+        case "uint8":
+            return view.getUint8(at);
+        case "int16":
+            return view.getInt16(at, isLittle);
+        case "uint16":
+            return view.getUint16(at, isLittle);
+        case "int32":
+            return view.getInt32(at, isLittle);
+        case "uint32":
+            return view.getUint32(at, isLittle);
+        case "float32":
+            return view.getFloat32(at, isLittle);
+        default:
+            return view.getFloat64(at, isLittle);
     }
 }
 

@@ -22,12 +22,18 @@ export function cleanCloud(shape) {
 // Turns normals round if most of them clearly point to the middle of the points. Returns whether it did.
 function turnOutwards({vertices, normals}) {
     const count = vertices.length / 3, middle = [0, 0, 0];
-    vertices.forEach((c, i) => { middle[i % 3] += c / count; });
+    vertices.forEach((c, i) => {
+        middle[i % 3] += c / count;
+    });
     const lengths = lengthsOf(vertices.map((c, i) => c - middle[i % 3]));
     let along = 0; // sum of cosines
-    normals.forEach((c, i) => { along += c * (vertices[i] - middle[i % 3]) / (lengths[Math.floor(i / 3)] || 1); });
+    normals.forEach((c, i) => {
+        along += c * (vertices[i] - middle[i % 3]) / (lengths[Math.floor(i / 3)] || 1);
+    });
     if (along > -INWARDS * count) return false;
-    normals.forEach((c, i) => { normals[i] = -c; });
+    normals.forEach((c, i) => {
+        normals[i] = -c;
+    });
     return true;
 }
 

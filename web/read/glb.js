@@ -19,8 +19,7 @@ export function parseGlb(bytes, find) {
         const {attributes = {}, mode = TRIANGLES, indices, material: name} = primitive;
         if (![TRIANGLES, STRIP, FAN].includes(mode)) return;
         const {numbers: own} = accessor(attributes.POSITION, ["VEC3"]), count = own.length / 3, first = points.size / 3;
-        const order = indices === undefined ? firstNumbers(Float64Array, count)
-            : accessor(indices, ["SCALAR"]).numbers;
+        const order = indices === undefined ? firstNumbers(Float64Array, count) : accessor(indices, ["SCALAR"]).numbers;
         const corners = triangles(order, mode, isMirror(matrices(0)));
         if (!materials.has(name)) materials.set(name, {...materialOf(file, name), index: materials.size});
         const {index, coordinates, transform} = materials.get(name);
@@ -42,7 +41,7 @@ export function parseGlb(bytes, find) {
         for (const corner of corners) {
             demand(corner < count, "a face names a vertex that does not exist");
             faces.push(first + corner);
-            if (table) for (const c of transform(table[2 * corner], table[2 * corner + 1])) uv.push(c);
+            if (table) { for (const c of transform(table[2 * corner], table[2 * corner + 1])) uv.push(c); }
         }
         material.fill(index, faces.size / 3);
     }
@@ -62,10 +61,15 @@ export function parseGlb(bytes, find) {
     if (tints.size) tints.fill(1, points.size);
     if (uv.size) uv.fill(0, 2 * faces.size);
     return {
-        vertices: points.filled, faces: faces.filled, tints: tints.size ? tints.filled : null,
+        vertices: points.filled,
+        faces: faces.filled,
+        tints: tints.size ? tints.filled : null,
         normals: normals.size === points.size ? normals.filled : null,
-        uv: uv.size ? uv.filled : null, material: material.filled, materials: [...materials.values()],
-        isProduct: true, meshes,
+        uv: uv.size ? uv.filled : null,
+        material: material.filled,
+        materials: [...materials.values()],
+        isProduct: true,
+        meshes,
     };
 }
 
@@ -90,10 +94,15 @@ function instances({extensions}, matrix, accessor) {
     const translations = read(TRANSLATION, "VEC3"), rotations = read(ROTATION, "VEC4"), scales = read(SCALE, "VEC3");
     const count = translations ? translations.length / 3 : rotations ? rotations.length / 4 : scales.length / 3;
     demand(count <= MOST_INSTANCES, "too many instances");
-    return Array.from({length: count}, (_, i) => matrixProduct(matrix, matrixOf({
-        translation: translations?.subarray(3 * i, 3 * i + 3), rotation: rotations?.subarray(4 * i, 4 * i + 4),
-        scale: scales?.subarray(3 * i, 3 * i + 3),
-    })));
+    return Array.from({length: count}, (_, i) =>
+        matrixProduct(
+            matrix,
+            matrixOf({
+                translation: translations?.subarray(3 * i, 3 * i + 3),
+                rotation: rotations?.subarray(4 * i, 4 * i + 4),
+                scale: scales?.subarray(3 * i, 3 * i + 3),
+            }),
+        ));
 }
 
 // Returns the matrices of a skin's joints, from the mesh to the scene.
@@ -121,7 +130,10 @@ function placePoints({points, normals}, own, directions, matrices, weights) {
             m = mean.fill(0);
             for (let k = 4 * i; k < 4 * i + 4; ++k) {
                 const share = weights.shares[k];
-                if (share) matrices(weights.joints[k]).forEach((c, j) => { mean[j] += share * c; });
+                if (share)
+                    matrices(weights.joints[k]).forEach((c, j) => {
+                        mean[j] += share * c;
+                    });
             }
         }
         const x = own[3 * i], y = own[3 * i + 1], z = own[3 * i + 2];

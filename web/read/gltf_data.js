@@ -8,7 +8,7 @@ const WIDTHS = {SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4, MAT4: 16};
 // Extensions that a file may require: those that are read, and those that change no shape.
 const KNOWN = RegExp(
     "^(KHR_(mesh_quantization|texture_transform|texture_basisu|materials_\\w+|lights_\\w+)|"
-    + "EXT_(mesh_gpu_instancing|texture_webp))$",
+        + "EXT_(mesh_gpu_instancing|texture_webp))$",
 );
 
 // Returns {gltf, accessor, dataOf}: the JSON, and functions that read from it. find: returns the bytes of a file.

@@ -9,10 +9,20 @@ export function matrixProduct(a, b) {
 export function matrixOf({translation: t = [0, 0, 0], rotation = [0, 0, 0, 1], scale: [a, b, c] = [1, 1, 1]}) {
     const [x, y, z, w] = rotation;
     return [
-        a * (1 - 2 * (y * y + z * z)), 2 * a * (x * y + z * w), 2 * a * (x * z - y * w), 0,
-        2 * b * (x * y - z * w), b * (1 - 2 * (x * x + z * z)), 2 * b * (y * z + x * w), 0,
-        2 * c * (x * z + y * w), 2 * c * (y * z - x * w), c * (1 - 2 * (x * x + y * y)), 0,
-        ...t, 1,
+        a * (1 - 2 * (y * y + z * z)),
+        2 * a * (x * y + z * w),
+        2 * a * (x * z - y * w),
+        0,
+        2 * b * (x * y - z * w),
+        b * (1 - 2 * (x * x + z * z)),
+        2 * b * (y * z + x * w),
+        0,
+        2 * c * (x * z + y * w),
+        2 * c * (y * z - x * w),
+        c * (1 - 2 * (x * x + y * y)),
+        0,
+        ...t,
+        1,
     ];
 }
 
@@ -25,7 +35,14 @@ export function isMirror(m) {
 // Returns the matrix of 3 x 3 numbers that turns normals: the inverse transpose, times the determinant.
 export function normalMatrix([a, b, c, , d, e, f, , g, h, i]) {
     return [
-        e * i - f * h, f * g - d * i, d * h - e * g, h * c - i * b, i * a - g * c, g * b - h * a,
-        b * f - c * e, c * d - a * f, a * e - b * d,
+        e * i - f * h,
+        f * g - d * i,
+        d * h - e * g,
+        h * c - i * b,
+        i * a - g * c,
+        g * b - h * a,
+        b * f - c * e,
+        c * d - a * f,
+        a * e - b * d,
     ];
 }

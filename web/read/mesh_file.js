@@ -29,12 +29,18 @@ export async function readShape(files) {
     notes.push(...parsed.notes ?? []);
     if (isCloud) demandNormals(parsed, name);
     const normals = parsed.normals && !isCloud
-        ? {values: parsed.normals, index: parsed.normalOf ?? parsed.faces.slice()} : null;
+        ? {values: parsed.normals, index: parsed.normalOf ?? parsed.faces.slice()} :
+        null;
     const shape = isCloud ? cleanCloud(parsed) : mergedMesh(parsed);
     notes.push(...shape.notes ?? []);
     const colors = await colorsOf({...parsed, tints: shape.tints}, files, notes);
     return {
-        name, vertices: shape.vertices, faces: parsed.faces, normals, cloudNormals: shape.normals ?? null, colors,
+        name,
+        vertices: shape.vertices,
+        faces: parsed.faces,
+        normals,
+        cloudNormals: shape.normals ?? null,
+        colors,
         notes: [summary(parsed, shape, colors), ...notes].slice(0, MOST_NOTES),
         up: PARSERS[endingOf(name)] === parseGlb ? "y" : null,
     };

@@ -50,9 +50,14 @@ export function parseObj(bytes, find) {
         uv[i] = scale[i % 2] * c + offset[i % 2];
     });
     return {
-        vertices: points.filled, faces: polygons.vertices.filled, tints: tints.size ? unitColors(tints.filled) : null,
+        vertices: points.filled,
+        faces: polygons.vertices.filled,
+        tints: tints.size ? unitColors(tints.filled) : null,
         ...(normalOf.length && normalOf.every((place) => place >= 0) ? {normals: normals.filled, normalOf} : {}),
-        uv, material: used, materials, notes,
+        uv,
+        material: used,
+        materials,
+        notes,
     };
 }
 

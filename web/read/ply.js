@@ -9,8 +9,10 @@ import {TextReader} from "./text_reader.js";
 // Returns what parsedShape (mesh_file.js) describes.
 export function parsePly(bytes, find) {
     const {elements, encoding, textures, start} = plyHeader(bytes), faces = new FaceReader();
-    const isText = encoding === "ascii", source = isText ? new TextReader(bytes, start)
-        : new BinaryNumbers(bytes, start, encoding === "binary_little_endian");
+    const isText = encoding === "ascii",
+        source = isText ?
+            new TextReader(bytes, start)
+            : new BinaryNumbers(bytes, start, encoding === "binary_little_endian");
     let shape = {};
     for (const {name, count, properties} of elements) {
         const least = properties.reduce((sum, {type, list}) => sum + (isText ? 2 : SIZES[list ?? type]), 0);

@@ -3,12 +3,19 @@ import {demand} from "./mesh_parts.js";
 
 // The header of a PLY file, and the names of its properties.
 const TYPES = {
-    char: "int8", uchar: "uint8", short: "int16", ushort: "uint16", int: "int32", uint: "uint32", float: "float32",
+    char: "int8",
+    uchar: "uint8",
+    short: "int16",
+    ushort: "uint16",
+    int: "int32",
+    uint: "uint32",
+    float: "float32",
     double: "float64",
 };
 // Names of properties. Each group is an array; its first names that a file has are taken.
 export const GROUPS = {
-    vertices: ["x y z"], normals: ["nx ny nz", "normal_x normal_y normal_z"],
+    vertices: ["x y z"],
+    normals: ["nx ny nz", "normal_x normal_y normal_z"],
     tints: ["red green blue", "diffuse_red diffuse_green diffuse_blue", "r g b"],
     table: ["s t", "u v", "texture_u texture_v"],
 };

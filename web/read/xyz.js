@@ -20,8 +20,11 @@ export function parseXyz(bytes) {
     const others = width - 3 * Object.values(columns).filter(Boolean).length, tints = take("tints", Float32Array);
     if (others) notes.push(`${others} of ${width} columns are not used`);
     return {
-        vertices: take("vertices", Float64Array), normals: take("normals", Float64Array),
-        tints: tints && unitColors(tints), faces: new Uint32Array(0), notes,
+        vertices: take("vertices", Float64Array),
+        normals: take("normals", Float64Array),
+        tints: tints && unitColors(tints),
+        faces: new Uint32Array(0),
+        notes,
     };
 }
 

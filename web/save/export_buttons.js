@@ -9,7 +9,8 @@ import {copyShadertoy} from "../view/current_model.js";
 export function showExports(row, name, kinds, onSave, guarded) {
     row.replaceChildren(...kinds.map((kind) => {
         if (kind.element) return kind.element;
-        const button = document.createElement("button"), {id, label, title = "", ending, make, isQuick, isCopied, isAnew} = kind;
+        const button = document.createElement("button"),
+            {id, label, title = "", ending, make, isQuick, isCopied, isAnew} = kind;
         let made = null;
         const content = () => (made ??= Promise.resolve().then(make).then((value) => {
             button.textContent = `${label} · ${readableSize(value)}`;
@@ -19,21 +20,24 @@ export function showExports(row, name, kinds, onSave, guarded) {
             throw error;
         }));
         Object.assign(button, {type: "button", id, title, textContent: label});
-        button.addEventListener("click", guarded(async () => {
-            button.disabled = true;
-            try {
-                const value = await content();
-                if (isCopied) {
-                    await copyShadertoy(value);
-                } else {
-                    saveFile(new Blob([value]), name, ending);
+        button.addEventListener(
+            "click",
+            guarded(async () => {
+                button.disabled = true;
+                try {
+                    const value = await content();
+                    if (isCopied) {
+                        await copyShadertoy(value);
+                    } else {
+                        saveFile(new Blob([value]), name, ending);
+                    }
+                    if (isAnew) made = null;
+                    onSave(id);
+                } finally {
+                    button.disabled = false;
                 }
-                if (isAnew) made = null;
-                onSave(id);
-            } finally {
-                button.disabled = false;
-            }
-        }));
+            }),
+        );
         if (isQuick) guarded(content)();
         return button;
     }));

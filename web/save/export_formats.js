@@ -23,18 +23,61 @@ export function kindsOf(shape, result, model, video) {
     const mesh = (format) => async () => {
         await loadTeam(shape);
         const {bytes} = await shape.team.ask(0, "mesh", {
-            format, levels: result.levels.map(asQuestion), texture: result.texture && asQuestion(result.texture),
-            triangles: Number(element("detail").value), place: {center: shape.center, scale: shape.scale},
+            format,
+            levels: result.levels.map(asQuestion),
+            texture: result.texture && asQuestion(result.texture),
+            triangles: Number(element("detail").value),
+            place: {center: shape.center, scale: shape.scale},
         });
         return bytes;
     };
     const kinds = [
-        {id: "download", label: "Model", ending: "safetensors", title: "For mplicits and for this page", make: () => result.bytes, isQuick: true},
-        {id: "save-page", label: "Web page", ending: "html", title: "One file that shows the shape anywhere", make: page},
-        {id: "save-tiny", label: "Tiny page", ending: "tiny.html", title: "The same in few bytes, without controls", make: async () => tinyText(model, await shadertoy()), isQuick: true},
-        {id: "save-text", label: "Shadertoy", ending: "frag", title: "Text for the Image tab of shadertoy.com", make: shadertoy, isQuick: true},
-        {id: "copy-text", label: "Copy Shadertoy", title: "The same text, to the clipboard", make: shadertoy, isCopied: true},
-        {id: "save-glsl", label: "GLSL", ending: "glsl", title: "Functions of the field for your shader", make: async () => functionText(model, await hash), isQuick: true},
+        {
+            id: "download",
+            label: "Model",
+            ending: "safetensors",
+            title: "For mplicits and for this page",
+            make: () => result.bytes,
+            isQuick: true,
+        },
+        {
+            id: "save-page",
+            label: "Web page",
+            ending: "html",
+            title: "One file that shows the shape anywhere",
+            make: page,
+        },
+        {
+            id: "save-tiny",
+            label: "Tiny page",
+            ending: "tiny.html",
+            title: "The same in few bytes, without controls",
+            make: async () => tinyText(model, await shadertoy()),
+            isQuick: true,
+        },
+        {
+            id: "save-text",
+            label: "Shadertoy",
+            ending: "frag",
+            title: "Text for the Image tab of shadertoy.com",
+            make: shadertoy,
+            isQuick: true,
+        },
+        {
+            id: "copy-text",
+            label: "Copy Shadertoy",
+            title: "The same text, to the clipboard",
+            make: shadertoy,
+            isCopied: true,
+        },
+        {
+            id: "save-glsl",
+            label: "GLSL",
+            ending: "glsl",
+            title: "Functions of the field for your shader",
+            make: async () => functionText(model, await hash),
+            isQuick: true,
+        },
         {id: "save-ply", label: "PLY", ending: "ply", title: "A mesh of the field", make: mesh("ply"), isAnew: true},
         {id: "save-glb", label: "GLB", ending: "glb", title: "A mesh of the field", make: mesh("glb"), isAnew: true},
         {element: element("detail")},

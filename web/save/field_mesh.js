@@ -16,8 +16,11 @@ export function resolutionFor(triangles, kernel, levels) {
 // Returns {vertices, normals, faces} of isosurface(), and colors: Float32Array (3 V), sRGB in [0, 1], or null.
 export function fieldMesh(kernel, levels, texture, resolution, place) {
     const margin = 4 / resolution; // beyond the bands: a cell's corners may lie outside
-    const {vertices, normals, faces} = isosurface((rows) => addNested(kernel, levels, rows, margin), resolution,
-        levels.length > 1 ? levels[0].delta : 0);
+    const {vertices, normals, faces} = isosurface(
+        (rows) => addNested(kernel, levels, rows, margin),
+        resolution,
+        levels.length > 1 ? levels[0].delta : 0,
+    );
     const colors = texture && colorsAt(kernel, texture, vertices);
     return {vertices: vertices.map((c, i) => c * place.scale + place.center[i % 3]), normals, faces, colors};
 }

@@ -79,13 +79,16 @@ function seeds(evaluate, resolution, slack) {
             part.forEach((block, i) => {
                 const [x, y, z, , value, ...gradient] = rows.subarray(SAMPLE * i, SAMPLE * i + GRADIENT + 3);
                 if (!(Math.abs(value) <= STEEPEST * radius + slack && Math.hypot(x, y, z) <= EXTENT + radius)) return;
-                near.push(size > SEED ? block : newtonStep([x, y, z], value, gradient)
-                    .map((c) => Math.min(Math.max(Math.floor((c + EXTENT) / side), 0), resolution - 1)));
+                near.push(
+                    size > SEED ? block : newtonStep([x, y, z], value, gradient)
+                        .map((c) => Math.min(Math.max(Math.floor((c + EXTENT) / side), 0), resolution - 1)),
+                );
             });
         }
         if (size === SEED) return near;
         blocks = near.flatMap((block) => (
-            Array.from({length: 8}, (_, i) => block.map((n, k) => n + (i >> k & 1) * size / 2))));
+            Array.from({length: 8}, (_, i) => block.map((n, k) => n + (i >> k & 1) * size / 2))
+        ));
     }
 }
 
@@ -141,14 +144,17 @@ function withoutSpecks({vertices, normals, isSettled}, faces) {
         return i;
     };
     for (let i = 0; i < faces.length; ++i) parent[rootOf(faces[i])] = rootOf(faces[i - i % 3]);
-    isSettled.forEach((is, i) => { settled[rootOf(i)] += is; });
+    isSettled.forEach((is, i) => {
+        settled[rootOf(i)] += is;
+    });
     const isKept = Array.from(parent, (_, i) => settled[rootOf(i)] >= LEAST), places = [];
     if (!isKept.includes(true)) isKept.fill(true);
     let count = 0;
     for (const is of isKept) places.push(is ? count++ : -1);
     const ofVertex = (_, i) => isKept[Math.floor(i / 3)];
     return {
-        vertices: vertices.filter(ofVertex), normals: normals.filter(ofVertex),
+        vertices: vertices.filter(ofVertex),
+        normals: normals.filter(ofVertex),
         faces: Uint32Array.from(faces.filter((i) => isKept[i]), (i) => places[i]),
     };
 }

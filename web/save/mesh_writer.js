@@ -7,8 +7,10 @@ export function plyBytes({vertices, normals, faces, colors}) {
     const names = ["x", "y", "z", "nx", "ny", "nz"].map((name) => `property float ${name}\n`);
     if (colors) names.push(...["red", "green", "blue"].map((name) => `property uchar ${name}\n`));
     const count = vertices.length / 3, triangles = faces.length / 3, stride = colors ? 27 : 24;
-    const head = new TextEncoder().encode(`ply\nformat binary_little_endian 1.0\nelement vertex ${count}\n`
-        + `${names.join("")}element face ${triangles}\nproperty list uchar int vertex_indices\nend_header\n`);
+    const head = new TextEncoder().encode(
+        `ply\nformat binary_little_endian 1.0\nelement vertex ${count}\n`
+            + `${names.join("")}element face ${triangles}\nproperty list uchar int vertex_indices\nend_header\n`,
+    );
     const body = head.length + stride * count, file = new Uint8Array(body + 13 * triangles);
     const view = new DataView(file.buffer);
     file.set(head);
@@ -29,11 +31,14 @@ export function plyBytes({vertices, normals, faces, colors}) {
 // Returns the bytes of a binary glTF 2.0 file.
 export function glbBytes({vertices, normals, faces, colors}) {
     const parts = [vertices, normals, faces], count = vertices.length / 3;
-    if (colors) parts.push(Uint8Array.from({length: 4 * count}, (_, i) => (
-        i % 4 === 3 ? 255 : Math.round(255 * linear(colors[3 * (i >> 2) + i % 4])))));
+    if (colors)
+        parts.push(Uint8Array.from({length: 4 * count}, (_, i) => (
+            i % 4 === 3 ? 255 : Math.round(255 * linear(colors[3 * (i >> 2) + i % 4]))
+        )));
     let end = 0;
     const bufferViews = parts.map((part) => (
-        {buffer: 0, byteOffset: (end += part.byteLength) - part.byteLength, byteLength: part.byteLength}));
+        {buffer: 0, byteOffset: (end += part.byteLength) - part.byteLength, byteLength: part.byteLength}
+    ));
     const [min, max] = [Math.min, Math.max].map((choose) => [0, 1, 2].map((k) => extreme(vertices, k, choose)));
     const accessors = [
         {bufferView: 0, componentType: 5126, type: "VEC3", count, min, max},
@@ -43,8 +48,14 @@ export function glbBytes({vertices, normals, faces, colors}) {
     ].slice(0, parts.length);
     const attributes = {POSITION: 0, NORMAL: 1, ...(colors && {COLOR_0: 3})};
     const text = new TextEncoder().encode(JSON.stringify({
-        asset: {version: "2.0"}, scene: 0, scenes: [{nodes: [0]}], nodes: [{mesh: 0}],
-        meshes: [{primitives: [{attributes, indices: 2}]}], accessors, bufferViews, buffers: [{byteLength: end}],
+        asset: {version: "2.0"},
+        scene: 0,
+        scenes: [{nodes: [0]}],
+        nodes: [{mesh: 0}],
+        meshes: [{primitives: [{attributes, indices: 2}]}],
+        accessors,
+        bufferViews,
+        buffers: [{byteLength: end}],
     }));
     const binary = 20 + 4 * Math.ceil(text.length / 4) + 8, file = new Uint8Array(binary + end).fill(32, 20, binary);
     file.set(text, 20);

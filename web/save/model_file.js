@@ -5,14 +5,25 @@ import {turned} from "../model/orientation.js";
 // Returns the model of a training in the form of parseModel (safetensors.js). shape: {name, up, front}, as of modelFile.
 // trained: {levels, texture} of trainShape, or networks of this moment.
 export function trainedModel({name, up = "y", front = null}, {levels, texture = null}) {
-    const upright = (network) => layersOf(network).map((layer, j) => (
-        j ? layer : {...layer, weight: turned(layer.weight, up)}));
+    const upright = (network) =>
+        layersOf(network).map((layer, j) => (
+            j ? layer : {...layer, weight: turned(layer.weight, up)}
+        ));
     const networks = levels.map(upright), colors = texture && upright(texture), bound = DEFAULT_STEP_BOUND;
-    const sizes = [...networks, ...(colors ? [colors] : [])].flat().map(({weight, bias}) => weight.length + bias.length);
+    const sizes = [...networks, ...(colors ? [colors] : [])].flat().map(({weight, bias}) =>
+        weight.length + bias.length
+    );
     return {
-        name, inputs: "xyz", front, credit: "", texture: colors, parameters: sizes.reduce((sum, size) => sum + size, 0),
+        name,
+        inputs: "xyz",
+        front,
+        credit: "",
+        texture: colors,
+        parameters: sizes.reduce((sum, size) => sum + size, 0),
         levels: levels.map(({delta, stepBound = bound, bandStepBound = bound}, i) => ({
-            network: networks[i], delta, iterations: i ? ITERATIONS : FIRST_ITERATIONS,
+            network: networks[i],
+            delta,
+            iterations: i ? ITERATIONS : FIRST_ITERATIONS,
             bounds: {step_bound: stepBound, band_step_bound: bandStepBound},
         })),
     };
@@ -30,16 +41,26 @@ export function modelFile(shape, trained, provenance) {
         header[key] = {dtype: "F32", shape: size, data_offsets: [end, end += 4 * values.length]};
         parts.push(values);
     };
-    const addNetwork = (key, network) => network.forEach(({rows, columns, weight, bias}, j) => {
-        add(`${key}.layer${j}.weight`, [rows, columns], weight);
-        add(`${key}.layer${j}.bias`, [rows], bias);
-    });
+    const addNetwork = (key, network) =>
+        network.forEach(({rows, columns, weight, bias}, j) => {
+            add(`${key}.layer${j}.weight`, [rows, columns], weight);
+            add(`${key}.layer${j}.bias`, [rows], bias);
+        });
     levels.forEach(({network}, i) => addNetwork(`level${i + 1}`, network));
     if (texture) addNetwork("texture", texture);
     const model = {
-        name, inputs: "xyz", centre: turned(center, up), scale, ...(up === "y" ? {} : {up}), ...(front ? {front} : {}), provenance,
+        name,
+        inputs: "xyz",
+        centre: turned(center, up),
+        scale,
+        ...(up === "y" ? {} : {up}),
+        ...(front ? {front} : {}),
+        provenance,
         levels: levels.map(({delta, iterations, bounds}, i) => ({
-            delta, lipschitz: trained.levels[i].lipschitz, iterations, ...bounds,
+            delta,
+            lipschitz: trained.levels[i].lipschitz,
+            iterations,
+            ...bounds,
         })),
     };
     header.__metadata__ = {format: "mplicits", version: "1", model: JSON.stringify(model)};

@@ -29,7 +29,8 @@ export async function pageText(bytes, ground, shade, poster = NO_PICTURE) {
     page.getElementById("file").accept = viewer.accept;
     page.querySelector(".hint").textContent = viewer.hint;
     const texts = {
-        open: viewer.open, weights: `${MARK}b0,${bytes.length}${MARK}`,
+        open: viewer.open,
+        weights: `${MARK}b0,${bytes.length}${MARK}`,
         facts: JSON.stringify(await factsOf({...model, ground}, bytes, shade)).replaceAll("<", "\\u003c"),
     };
     for (const [id, text] of Object.entries(texts)) page.getElementById(id).textContent = text;
@@ -45,10 +46,18 @@ async function factsOf(model, bytes, shade) {
     const narrowest = Math.min(...[...values, ...(texture ? [texture] : [])].map(widest));
     const hash = new Uint8Array(await crypto.subtle?.digest("SHA-256", bytes) ?? 0);
     return {
-        mplicits, target, name, front, credit, shade, shared, ...probes(model),
+        mplicits,
+        target,
+        name,
+        front,
+        credit,
+        shade,
+        shared,
+        ...probes(model),
         sha256: Array.from(hash, (byte) => byte.toString(16).padStart(2, "0")).join(""),
         levels: levels.map(({network}) => `${network[0].rows}x${network.length - 2}`),
-        ground: Number(model.ground.toFixed(4)), storage: narrowest <= shared.storages[0][0] ? "auto" : "texture",
+        ground: Number(model.ground.toFixed(4)),
+        storage: narrowest <= shared.storages[0][0] ? "auto" : "texture",
     };
 }
 

@@ -13,7 +13,14 @@ export function posterOf({painter, variants, scene}, shading) {
         const {current} = variants;
         if (!device.half || !current || device.lost) return "data:,";
         const length = Math.hypot(...shared.defaults.light), light = shared.defaults.light.map((c) => c / length);
-        const options = {...scene.options, light, shading, level: scene.model.levels.length, normalLevel: null, time: 0};
+        const options = {
+            ...scene.options,
+            light,
+            shading,
+            level: scene.model.levels.length,
+            normalLevel: null,
+            time: 0,
+        };
         const view = {...scene, camera: homeOf(scene.model.front), options}, picture = painter.sized(null, size);
         for (let k = 0; k < POSTER_SAMPLES; ++k) {
             const pass = {tiles: painter.tiles(size, current.cost), values: uniforms(view, current.loops, size, k)};

@@ -1,16 +1,21 @@
 // Returns the record of a training for its model file, with the keys of `mplicits train`. shape, result: see state.js.
 export function provenanceOf({read: {name, facets}, crease}, {levels, texture, settings, seconds}) {
     const recordOf = ({layout: {width, depth}, steps, share, restarts, loss, seconds: spent}, omega) => (
-        {network: `${width}x${depth}`, omega, steps, fraction: share, restarts, loss, seconds: Number(spent.toFixed(3))});
+        {network: `${width}x${depth}`, omega, steps, fraction: share, restarts, loss, seconds: Number(spent.toFixed(3))}
+    );
     const {meanF, distance = meanF, angle} = levels.at(-1);
     return {
-        made_by: "page", source: {file: name, ...(facets && crease !== null ? {crease} : {})},
-        seed: settings.seed, seconds: Number(seconds.toFixed(3)),
+        made_by: "page",
+        source: {file: name, ...(facets && crease !== null ? {crease} : {})},
+        seed: settings.seed,
+        seconds: Number(seconds.toFixed(3)),
         levels: levels.map((level, i) => (
-            {...recordOf(level, settings.omegas[i]), mean_f: level.meanF, angle: level.angle})),
+            {...recordOf(level, settings.omegas[i]), mean_f: level.meanF, angle: level.angle}
+        )),
         surface: {
             shape: {distance_mean: null, missing_mean: distance, normal_angle: angle, invented: null},
-            flat: null, open: false,
+            flat: null,
+            open: false,
         },
         texture: texture && recordOf(texture, settings.omegas.at(-1)),
     };

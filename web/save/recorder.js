@@ -31,7 +31,9 @@ async function encodedFrames(canvas, settings, count, drawAt, tell) {
             chunk.copyTo(data);
             blocks.push({data, time: Math.round(chunk.timestamp / 1000), isKey: chunk.type === "key"});
         },
-        error(error) { failure = error; },
+        error(error) {
+            failure = error;
+        },
     });
     encoder.configure(settings);
     try {
@@ -53,7 +55,8 @@ async function encodedFrames(canvas, settings, count, drawAt, tell) {
 
 async function recordedLive(canvas, {seconds, fps, drawAt}, bitrate, tell) {
     const mimeType = "video/webm", parts = [];
-    if (!globalThis.MediaRecorder?.isTypeSupported(mimeType)) throw new TrainingError("this browser writes no WebM video");
+    if (!globalThis.MediaRecorder?.isTypeSupported(mimeType))
+        throw new TrainingError("this browser writes no WebM video");
     const stream = canvas.captureStream(0), track = stream.getVideoTracks()[0];
     const recorder = new MediaRecorder(stream, {mimeType, videoBitsPerSecond: bitrate});
     const ended = new Promise((resolve, reject) => {
@@ -76,5 +79,7 @@ async function recordedLive(canvas, {seconds, fps, drawAt}, bitrate, tell) {
 }
 
 function passed(milliseconds) {
-    return new Promise((resolve) => { setTimeout(resolve, milliseconds); });
+    return new Promise((resolve) => {
+        setTimeout(resolve, milliseconds);
+    });
 }

@@ -10,12 +10,18 @@ export async function tinyText({name, credit, front, inputs}, shadertoy) {
     for (const [text, replacement] of Object.entries(camera)) shader = shader.replace(text, replacement);
     const {azimuth, elevation} = shared.camera;
     const values = {
-        NETWORKS: [], VIEW: (front ?? [azimuth, elevation]).map((angle) => Number((angle * Math.PI / 180).toFixed(3))),
-        MOVES: Number(inputs === "xyzt"), SHADER: head + shader + main,
+        NETWORKS: [],
+        VIEW: (front ?? [azimuth, elevation]).map((angle) => Number((angle * Math.PI / 180).toFixed(3))),
+        MOVES: Number(inputs === "xyzt"),
+        SHADER: head + shader + main,
     };
-    const filled = script.replace(new RegExp(`\\b(${Object.keys(values).join("|")})\\b`, "g"), (key) => JSON.stringify(values[key]));
+    const filled = script.replace(
+        new RegExp(`\\b(${Object.keys(values).join("|")})\\b`, "g"),
+        (key) => JSON.stringify(values[key]),
+    );
     const slots = {
-        title: escapedHtml(name), label: escapedHtml(credit ? `${name} by ${credit}` : name),
+        title: escapedHtml(name),
+        label: escapedHtml(credit ? `${name} by ${credit}` : name),
         packed: await packed124(new Blob([filled, "\0"])),
         scripts: crypto.subtle ? `${unpacker} ${await policySource(filled)}` : "'unsafe-inline'",
     };
@@ -23,7 +29,8 @@ export async function tinyText({name, credit, front, inputs}, shadertoy) {
 }
 
 // Returns text for HTML, in printable ASCII.
-const escapedHtml = (text) => text.replace(/\p{C}/gu, "").replace(/[^ -~]|[&<>]/gu, (letter) => `&#${letter.codePointAt()};`);
+const escapedHtml = (text) =>
+    text.replace(/\p{C}/gu, "").replace(/[^ -~]|[&<>]/gu, (letter) => `&#${letter.codePointAt()};`);
 
 // Resolves to the source of a policy that allows a script (web/policy.py).
 async function policySource(script) {

@@ -8,7 +8,8 @@ const LARGEST_SIDE = 1080, SMALLEST_SIDE = 128; // pixels along the shorter side
 
 // Resolves to a WebM Blob, or null where tell(share) returned "stop".
 export async function turntableVideo(tell) {
-    const {width, height} = canvas, pixels = LONGEST_DRAWING * 1000 / (SECONDS * FRAMES * (renderer.variants.current.cost || 1e-6));
+    const {width, height} = canvas,
+        pixels = LONGEST_DRAWING * 1000 / (SECONDS * FRAMES * (renderer.variants.current.cost || 1e-6));
     const fitting = Math.sqrt(pixels / (width * height)) * Math.min(width, height);
     const scale = Math.min(1, Math.min(LARGEST_SIDE, Math.max(SMALLEST_SIDE, fitting)) / Math.min(width, height));
     Object.assign(canvas, {width: even(width * scale), height: even(height * scale)});

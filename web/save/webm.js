@@ -10,27 +10,46 @@ export function webm(blocks, {name, width, height, duration}) {
     }
     const info = ebml("1549a966", [
         ebml("2ad7b1", whole(1e6)), // nanoseconds of a unit of time
-        ebml("4489", real(duration)), ebml("4d80", letters("mplicits")), ebml("5741", letters("mplicits")),
+        ebml("4489", real(duration)),
+        ebml("4d80", letters("mplicits")),
+        ebml("5741", letters("mplicits")),
     ]);
-    const tracks = ebml("1654ae6b", ebml("ae", [
-        ebml("d7", whole(1)), ebml("73c5", whole(1)), ebml("83", whole(1)), ebml("86", letters(name)),
-        ebml("e0", [ebml("b0", whole(width)), ebml("ba", whole(height))]),
-    ]));
-    const packed = clusters.map((group) => ebml("1f43b675", [
-        ebml("e7", whole(group[0].time)), group.map((block) => simpleBlock(block, group[0].time)),
-    ]));
+    const tracks = ebml(
+        "1654ae6b",
+        ebml("ae", [
+            ebml("d7", whole(1)),
+            ebml("73c5", whole(1)),
+            ebml("83", whole(1)),
+            ebml("86", letters(name)),
+            ebml("e0", [ebml("b0", whole(width)), ebml("ba", whole(height))]),
+        ]),
+    );
+    const packed = clusters.map((group) =>
+        ebml("1f43b675", [
+            ebml("e7", whole(group[0].time)),
+            group.map((block) => simpleBlock(block, group[0].time)),
+        ])
+    );
     const cues = (first) => { // places of the clusters, counted from the first element of the segment
         let at = first;
-        return ebml("1c53bb6b", clusters.map((group, i) => {
-            const place = ebml("b7", [ebml("f7", whole(1)), ebml("f1", whole(at))]);
-            at += sizeOf(packed[i]);
-            return ebml("bb", [ebml("b3", whole(group[0].time)), place]);
-        }));
+        return ebml(
+            "1c53bb6b",
+            clusters.map((group, i) => {
+                const place = ebml("b7", [ebml("f7", whole(1)), ebml("f1", whole(at))]);
+                at += sizeOf(packed[i]);
+                return ebml("bb", [ebml("b3", whole(group[0].time)), place]);
+            }),
+        );
     };
     const before = sizeOf([info, tracks, cues(0)]);
     const head = ebml("1a45dfa3", [
-        ebml("4286", whole(1)), ebml("42f7", whole(1)), ebml("42f2", whole(4)), ebml("42f3", whole(8)),
-        ebml("4282", letters("webm")), ebml("4287", whole(4)), ebml("4285", whole(2)),
+        ebml("4286", whole(1)),
+        ebml("42f7", whole(1)),
+        ebml("42f2", whole(4)),
+        ebml("42f3", whole(8)),
+        ebml("4282", letters("webm")),
+        ebml("4287", whole(4)),
+        ebml("4285", whole(2)),
     ]);
     const file = [head, ebml("18538067", [info, tracks, cues(before), packed])];
     return new Blob(file.flat(Infinity), {type: "video/webm"});

@@ -86,12 +86,16 @@ function edgesAround(faces, partners, count) {
     const starts = new Uint32Array(count + 2), edges = new Uint32Array(faces.length);
     const visit = (action) => {
         for (let half = 0; half < faces.length; ++half) {
-            if (partners[half] > half) for (const end of [half, nextHalf(half)]) action(faces[end], half);
+            if (partners[half] > half) { for (const end of [half, nextHalf(half)]) action(faces[end], half); }
         }
     };
-    visit((vertex) => { ++starts[vertex + 2]; });
+    visit((vertex) => {
+        ++starts[vertex + 2];
+    });
     for (let i = 2; i < starts.length; ++i) starts[i] += starts[i - 1];
-    visit((vertex, half) => { edges[starts[vertex + 1]++] = half; });
+    visit((vertex, half) => {
+        edges[starts[vertex + 1]++] = half;
+    });
     return {starts, edges};
 }
 

@@ -4,7 +4,8 @@ export const EXAMPLES = [{name: "rope", make: rope}, {name: "vase", make: vase},
 
 const TURN = 2 * Math.PI;
 const [INK, GOLD, CORAL, CREAM, TEAL] = ["104a68", "eeb63e", "d64541", "faecd6", "2b8c8c"].map((digits) => (
-    [0, 2, 4].map((at) => Number.parseInt(digits.slice(at, at + 2), 16) / 255)));
+    [0, 2, 4].map((at) => Number.parseInt(digits.slice(at, at + 2), 16) / 255)
+));
 
 // The built-in shape of Python (trainer/shapes/demo.py): two striped strands and a string of beads, tied into a knot.
 const RING = 1, SECTION = 0.5, ASIDE = 0.185, TWIST = 9, STRAND = 0.147, BEADS = 59;
@@ -90,8 +91,18 @@ function vase() {
 const TEETH = 18;
 const TOOTH = [[0, 0.84], [0.2, 0.84], [0.29, 0.92], [0.4, 1], [0.6, 1], [0.71, 0.92], [0.8, 0.84]]; // [share, radius]
 const SECTION_OF_GEAR = [ // [radius, or null for the teeth; z], counter-clockwise
-    [0.16, -0.24], [0.32, -0.24], [0.36, -0.08], [0.64, -0.08], [0.68, -0.18], [null, -0.18],
-    [null, 0.18], [0.68, 0.18], [0.64, 0.08], [0.36, 0.08], [0.32, 0.24], [0.16, 0.24],
+    [0.16, -0.24],
+    [0.32, -0.24],
+    [0.36, -0.08],
+    [0.64, -0.08],
+    [0.68, -0.18],
+    [null, -0.18],
+    [null, 0.18],
+    [0.68, 0.18],
+    [0.64, 0.08],
+    [0.36, 0.08],
+    [0.32, 0.24],
+    [0.16, 0.24],
 ];
 
 function gear() {
@@ -126,7 +137,8 @@ function addSheet({places, faces}, columns, rows, hasPoles, at) {
 function meshOf({places, faces}, hasColors) {
     const vertex = Float32Array.from(places.flatMap((place) => place.slice(3)));
     return {
-        vertices: Float64Array.from(places.flatMap((place) => place.slice(0, 3))), faces: Uint32Array.from(faces),
+        vertices: Float64Array.from(places.flatMap((place) => place.slice(0, 3))),
+        faces: Uint32Array.from(faces),
         colors: hasColors ? {vertex, uv: null, material: null, materials: []} : null,
     };
 }

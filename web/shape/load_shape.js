@@ -25,10 +25,14 @@ export function withFacets(read, crease) {
     if (!faces.length) return {read: {...read, facets: null}, corners: null};
     const corners = crease === null ? null : cornerNormals(vertices, faces, crease, normals);
     const facets = corners ? curvedFacets(vertices, faces, corners) : flatFacets(vertices, faces);
-    const moved = normalized(facets.vertices), place = {
-        vertices: facets.cuts === 1 ? moved.vertices : vertices.map((c, i) => (c - moved.center[i % 3]) / moved.scale),
-        center: center.map((c, k) => c + scale * moved.center[k]), scale: scale * moved.scale,
-    };
+    const moved = normalized(facets.vertices),
+        place = {
+            vertices: facets.cuts === 1
+                ? moved.vertices
+                : vertices.map((c, i) => (c - moved.center[i % 3]) / moved.scale),
+            center: center.map((c, k) => c + scale * moved.center[k]),
+            scale: scale * moved.scale,
+        };
     return {
         read: {...read, ...place, facets: {...facets, vertices: moved.vertices}},
         corners: corners ?? {values: facets.normals, index: facets.normalOf},

@@ -19,9 +19,13 @@ export class Tree {
 
     build() {
         const scratch = {
-            boxes: this.triangleBoxes(), binOf: new Uint8Array(this.order.length), bins: new Float64Array(6 * BINS),
-            counts: new Int32Array(BINS), costs: new Float64Array(BINS - 1),
-            middles: new Float64Array(6), box: new Float64Array(6),
+            boxes: this.triangleBoxes(),
+            binOf: new Uint8Array(this.order.length),
+            bins: new Float64Array(6 * BINS),
+            counts: new Int32Array(BINS),
+            costs: new Float64Array(BINS - 1),
+            middles: new Float64Array(6),
+            box: new Float64Array(6),
         };
         const pending = [[0, 0, this.order.length, 0]];
         while (pending.length) {

@@ -7,14 +7,18 @@ import {state} from "./state.js";
 
 // The picture on the stage: the shape itself with the axes of its file, or its field.
 let preview = null, axes = null;
-const mesh = {show(camera, options) {
-    preview.show(camera, options);
-    axes.show(camera);
-}};
-const both = {show(camera, ...more) {
-    mesh.show(camera, ...more);
-    renderer.show(camera, ...more);
-}};
+const mesh = {
+    show(camera, options) {
+        preview.show(camera, options);
+        axes.show(camera);
+    },
+};
+const both = {
+    show(camera, ...more) {
+        mesh.show(camera, ...more);
+        renderer.show(camera, ...more);
+    },
+};
 
 // Compiles what showShape() needs, while workers read a shape.
 export function preparePreview() {

@@ -27,7 +27,11 @@ export class Preview {
         const {gl} = this;
         Object.assign(this, {parts, isCloud, drawn: ""});
         if (!gl) return;
-        const columns = [[positions, 3, gl.FLOAT], [normals, 4, gl.BYTE], [colors, 4, gl.UNSIGNED_BYTE], [places, 2, gl.FLOAT]];
+        const columns = [[positions, 3, gl.FLOAT], [normals, 4, gl.BYTE], [colors, 4, gl.UNSIGNED_BYTE], [
+            places,
+            2,
+            gl.FLOAT,
+        ]];
         columns.forEach(([values, size, type], k) => {
             if (!values) return gl.disableVertexAttribArray(k);
             gl.bindBuffer(gl.ARRAY_BUFFER, this.buffers[k]);

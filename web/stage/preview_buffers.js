@@ -7,12 +7,17 @@
 export function cornersOf({vertices, faces, cloudNormals, colors}, corners, plain) {
     const isCloud = !faces.length, count = isCloud ? vertices.length / 3 : faces.length;
     const order = isCloud ? null : inMaterialOrder(faces.length / 3, colors?.material);
-    const vertexOf = (i) => (isCloud ? i : faces[cornerOf(i)]), cornerOf = (i) => (order ? 3 * order[Math.floor(i / 3)] + i % 3 : i);
+    const vertexOf = (i) => (isCloud ? i : faces[cornerOf(i)]),
+        cornerOf = (i) => (order ? 3 * order[Math.floor(i / 3)] + i % 3 : i);
     const {values, index = null} = corners ?? {values: cloudNormals};
     const {uv = null, vertex = null, materials = []} = colors ?? {};
     const result = {
-        positions: new Float32Array(3 * count), normals: new Int8Array(4 * count),
-        colors: new Uint8Array(4 * count), places: uv && new Float32Array(2 * count), parts: [], isCloud,
+        positions: new Float32Array(3 * count),
+        normals: new Int8Array(4 * count),
+        colors: new Uint8Array(4 * count),
+        places: uv && new Float32Array(2 * count),
+        parts: [],
+        isCloud,
     };
     for (let i = 0; i < count; ++i) {
         const v = 3 * vertexOf(i), corner = isCloud ? i : cornerOf(i), n = isCloud ? v : 3 * index[corner];
@@ -27,7 +32,10 @@ export function cornersOf({vertices, faces, cloudNormals, colors}, corners, plai
         if (last && last.material === material) ++last.count;
         else result.parts.push({first: i, count: 1, material, image: uv && material?.image, color: material?.color});
     }
-    return {...result, parts: result.parts.map(({first, count: corners, image, color}) => ({first, count: corners, image, color}))};
+    return {
+        ...result,
+        parts: result.parts.map(({first, count: corners, image, color}) => ({first, count: corners, image, color})),
+    };
 }
 
 // Returns the faces, ordered by their materials; null if there is one material.

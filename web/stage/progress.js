@@ -21,7 +21,8 @@ export function follow(mine, settings, clock, end, update, remember) {
         const accuracy = stage < count ? meanF : levels.at(-1).meanF, total = clock() + left;
         const isSlow = !settings.steps && total > SLOW * end;
         return [
-            `mean |f| ${accuracy.toExponential(1)}`, ...(isLate ? [`finishing: ${steps} of ${least} steps`] : []),
+            `mean |f| ${accuracy.toExponential(1)}`,
+            ...(isLate ? [`finishing: ${steps} of ${least} steps`] : []),
             `${Math.max(1, Math.ceil(left))} s left`,
             ...(isSlow ? [`this device is slow: about ${Math.ceil(total)} s instead of ${settings.seconds}`] : []),
         ].join(" · ");
@@ -62,6 +63,10 @@ export function judged({levels, seconds}, isCloud) {
     const {meanF, distance = meanF, angle} = levels.at(-1), time = `${Math.round(seconds)} s`;
     const isFar = isCloud ? distance > FAR_CLOUD : distance > FAR || angle > STEEP;
     const figures = `off by ${distance.toExponential(1)} of the radius · normals by ${angle.toFixed(1)}°`;
-    return {isFar, line: isFar ? `The shape is not learned yet: ${figures} after ${time}. Train longer, or with a larger size`
-        : `Trained in ${time} · ${figures}`};
+    return {
+        isFar,
+        line: isFar ?
+            `The shape is not learned yet: ${figures} after ${time}. Train longer, or with a larger size`
+            : `Trained in ${time} · ${figures}`,
+    };
 }

@@ -37,14 +37,17 @@ let report = "", notice = ""; // the bar's line, and one that covers it for a mo
 
 // Opens the files of a shape, and trains it. Errors of the shape become messages.
 async function openShapeFiles(files) {
-    const [largest] = files.filter(({name}) => facts.studio.endings.some((ending) => name.toLowerCase().endsWith(ending))).sort((a, b) => b.size - a.size);
+    const [largest] = files.filter(({name}) =>
+        facts.studio.endings.some((ending) => name.toLowerCase().endsWith(ending))
+    ).sort((a, b) => b.size - a.size);
     if (!largest) refuseShape(files);
     if (lacking()) throw new ModelError(lacking());
     await freeStage(largest.name);
     await guarded(async () => {
         const began = performance.now();
         const inputs = await Promise.all(files.map(async (file) => (
-            {name: file.name, path: file.path ?? file.name, bytes: await file.arrayBuffer()})));
+            {name: file.name, path: file.path ?? file.name, bytes: await file.arrayBuffer()}
+        )));
         await openAndTrain({files: inputs}, largest.name, began);
     })();
 }
@@ -59,8 +62,11 @@ async function openAndTrain(question, name, began) {
 // ModelError.
 async function freeStage(name) {
     const {training, shape, result} = state;
-    const question = training ? `Stop this training and open ${name}?`
-        : result && !result.isSaved ? `Open ${name}, without saving what is trained?` : "";
+    const question = training ?
+        `Stop this training and open ${name}?`
+        : result && !result.isSaved
+        ? `Open ${name}, without saving what is trained?`
+        : "";
     if (question && !confirm(question)) throw new ModelError("not opened");
     while (state.training) {
         state.training.isStopped = state.training.isLeft = true;
@@ -85,7 +91,17 @@ async function showShapeOf(question, name, {crease = facts.studio.crease}) {
         before?.team.dismiss();
         team.shrink(Math.max(1, Math.floor(MOST_FACES / (read.facets ?? read).faces.length * 3)));
         const {center: middle, scale, up} = read;
-        state.shape = {name: stem(read.name), center: middle, scale, up: up ?? "y", front: null, read, crease, team, loading: null};
+        state.shape = {
+            name: stem(read.name),
+            center: middle,
+            scale,
+            up: up ?? "y",
+            front: null,
+            read,
+            crease,
+            team,
+            loading: null,
+        };
         state.result = null;
         setTitle(state.shape);
         center(null);
@@ -161,7 +177,8 @@ async function resume(record) {
     const {read, settings, seconds, levels, texture} = record;
     if (!await showAgain(record)) return;
     const isWhole = levels.length === settings.levels.length && (texture || !read.colors);
-    if (!isWhole) return train(settings, {levels, texture, weights: null, share: 0}, performance.now() - 1000 * seconds);
+    if (!isWhole)
+        return train(settings, {levels, texture, weights: null, share: 0}, performance.now() - 1000 * seconds);
     state.result = {levels, texture, settings, seconds, isSaved: false};
     update("");
     return showResult();
@@ -175,7 +192,9 @@ async function showResult() {
     element("ended").textContent = line;
     element("settings")[isFar ? "prepend" : "append"](element("longer"));
     const model = {...trainedModel(factsOfShape(shape), result), ground: groundOf(shape)};
-    const onSave = (id) => { result.isSaved ||= id === "download"; };
+    const onSave = (id) => {
+        result.isSaved ||= id === "download";
+    };
     showExports(element("exports"), shape.name, kindsOf(shape, result, model, recorded), onSave, guarded);
     drawBoth();
     await startParsed(model);
@@ -201,7 +220,12 @@ async function recorded() {
 function trainLonger() {
     const {levels, texture, settings} = state.result, last = levels.at(-1);
     const isWhole = levels.length === settings.levels.length && last.share >= 1;
-    const start = {levels: levels.slice(0, -1), texture, weights: last.weights, share: isWhole ? LONGER_FROM : last.share};
+    const start = {
+        levels: levels.slice(0, -1),
+        texture,
+        weights: last.weights,
+        share: isWhole ? LONGER_FROM : last.share,
+    };
     return train({...settings, seconds: chosenSettings().seconds}, start, performance.now());
 }
 
@@ -230,7 +254,8 @@ const stem = (name) => name.replace(/\.\w+$/, "").replace(CONTROLS, "").slice(0,
 
 // Returns the error for the visitor. name: of the shape's file.
 const understood = (error, name) => (
-    error instanceof TrainingError ? new ModelError(`${name.replace(CONTROLS, "?")}: ${error.message}`) : error);
+    error instanceof TrainingError ? new ModelError(`${name.replace(CONTROLS, "?")}: ${error.message}`) : error
+);
 
 // Shows a line, and a bar unless share is null; and the buttons of this moment. line: "" keeps the one before.
 function update(line, share = null) {
@@ -244,8 +269,16 @@ function update(line, share = null) {
     bar.hidden = share === null && !training;
     root.toggleAttribute("data-far", Boolean(bar.hidden && result?.isFar));
     const shown = {
-        picture: shape, up: shape, front: shape, pause: training?.live, stop: training?.live, longer: isIdle && result,
-        again: isIdle, another: !training && (shape || hasOwnModel), settings: !training, exports: isIdle && result,
+        picture: shape,
+        up: shape,
+        front: shape,
+        pause: training?.live,
+        stop: training?.live,
+        longer: isIdle && result,
+        again: isIdle,
+        another: !training && (shape || hasOwnModel),
+        settings: !training,
+        exports: isIdle && result,
     };
     for (const [id, isShown] of Object.entries(shown)) element(id).hidden = !isShown;
     element("pause").textContent = training?.isPaused ? "Go on" : "Pause";
@@ -263,10 +296,11 @@ function fillSettings(preset) {
 }
 
 // Returns an action of a button that shows its errors.
-const guarded = (action) => () => Promise.resolve().then(action).catch((error) => {
-    if (error instanceof ModelError) say(error.message);
-    else fail(error);
-});
+const guarded = (action) => () =>
+    Promise.resolve().then(action).catch((error) => {
+        if (error instanceof ModelError) say(error.message);
+        else fail(error);
+    });
 
 function wireStudio() {
     element("welcome").hidden = hasOwnModel;
@@ -278,13 +312,19 @@ function wireStudio() {
     fillSettings(facts.studio.preset);
     element("settings").elements.crease.placeholder = facts.studio.crease;
     const buttons = {
-        choose: () => element("file").click(), another: () => element("file").click(), longer: trainLonger,
-        again: trainAgain, up: turnUp, front: setFront,
+        choose: () => element("file").click(),
+        another: () => element("file").click(),
+        longer: trainLonger,
+        again: trainAgain,
+        up: turnUp,
+        front: setFront,
         pause: () => {
             state.training.isPaused = !state.training.isPaused;
             update("");
         },
-        stop: () => { state.training.isStopped = true; },
+        stop: () => {
+            state.training.isStopped = true;
+        },
     };
     for (const [id, action] of Object.entries(buttons)) element(id).addEventListener("click", guarded(action));
     for (const button of element("examples").querySelectorAll("button")) {
@@ -293,7 +333,9 @@ function wireStudio() {
         button.addEventListener("click", guarded(() => openAndTrain(question, button.textContent, performance.now())));
     }
     element("settings").addEventListener("submit", (event) => event.preventDefault());
-    element("more").addEventListener("keydown", ({key, currentTarget}) => { currentTarget.open &&= key !== "Escape"; });
+    element("more").addEventListener("keydown", ({key, currentTarget}) => {
+        currentTarget.open &&= key !== "Escape";
+    });
     addEventListener("beforeunload", (event) => {
         if (state.training || (state.result && !state.result.isSaved)) event.preventDefault();
     });
@@ -309,10 +351,13 @@ async function offerKept() {
     button.parentElement.hidden = false;
     button.disabled = lacking();
     button.addEventListener("click", guarded(() => resume(record)));
-    element("forget").addEventListener("click", guarded(async () => {
-        await forget();
-        button.parentElement.hidden = true;
-    }));
+    element("forget").addEventListener(
+        "click",
+        guarded(async () => {
+            await forget();
+            button.parentElement.hidden = true;
+        }),
+    );
 }
 
 wireStudio();

@@ -22,7 +22,10 @@ export class LivePicture {
             return {network, layout, weights};
         };
         Object.assign(this, {shape, ground, isReady: false, drawnAt: 0, level: 0});
-        this.bare = {levels: settings.levels.map((layout) => bare(layout, 1)), texture: hasColors ? bare(settings.texture, 3) : null};
+        this.bare = {
+            levels: settings.levels.map((layout) => bare(layout, 1)),
+            texture: hasColors ? bare(settings.texture, 3) : null,
+        };
     }
 
     // Compiles the shader. Resolves when it is ready.
@@ -56,7 +59,11 @@ export class LivePicture {
         const all = this.bare.levels.map((bare, i) => ({delta: REACH, ...known[i] ?? bare}));
         const isColoring = unfinished && levels.length === this.bare.levels.length;
         const colors = texture ?? (isColoring ? unfinished : this.bare.texture);
-        return {...withoutOutputBias(trainedModel(this.shape, {levels: all, texture: colors})), ground: this.ground, isUnfinished: true};
+        return {
+            ...withoutOutputBias(trainedModel(this.shape, {levels: all, texture: colors})),
+            ground: this.ground,
+            isUnfinished: true,
+        };
     }
 }
 
@@ -64,7 +71,8 @@ export class LivePicture {
 // store biases of outputs as constants, so that new weights would else need a new shader.
 export function withoutOutputBias(model) {
     return {
-        ...model, levels: model.levels.map((level) => ({...level, network: withOne(level.network)})),
+        ...model,
+        levels: model.levels.map((level) => ({...level, network: withOne(level.network)})),
         texture: model.texture && withOne(model.texture),
     };
 }
@@ -80,8 +88,10 @@ function withOne(network) {
     return [
         ...network.slice(0, -2),
         {
-            rows: hidden.rows + 1, columns: hidden.columns,
-            weight: longer(hidden.weight, ...new Array(hidden.columns).fill(0)), bias: longer(hidden.bias, Math.PI / 2),
+            rows: hidden.rows + 1,
+            columns: hidden.columns,
+            weight: longer(hidden.weight, ...new Array(hidden.columns).fill(0)),
+            bias: longer(hidden.bias, Math.PI / 2),
         },
         {rows, columns: columns + 1, weight, bias: new Float32Array(rows)},
     ];

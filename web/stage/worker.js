@@ -35,7 +35,8 @@ const answers = {
     load({module, read}) {
         kernel = new Kernel(module);
         const {vertices, faces, cloudNormals, colors, facets} = read;
-        shape = cloudNormals ? new CloudShape(vertices, cloudNormals, colors)
+        shape = cloudNormals ?
+            new CloudShape(vertices, cloudNormals, colors)
             : new Shape(vertices, faces, colors, facets);
     },
 
@@ -71,10 +72,14 @@ const answers = {
     // Mines hard samples of the level under training, for its later steps. weights: its present ones; factors: of its
     // loss; config: {sampling, mining}.
     mine({weights, factors, config}) {
-        const {on, around, team, pool, network, levels, random, hard} = task, isFirst = !levels.length, {mining} = config;
+        const {on, around, team, pool, network, levels, random, hard} = task,
+            isFirst = !levels.length,
+            {mining} = config;
         const count = Math.min(pool, Math.floor((isFirst ? mining.first_candidates : mining.candidates) / team));
         const level = {
-            isFirst, near: factors.near, delta: isFirst ? config.sampling.first_band : levels.at(-1).delta,
+            isFirst,
+            near: factors.near,
+            delta: isFirst ? config.sampling.first_band : levels.at(-1).delta,
             addFrozen: (some) => addLevels(levels, some, true),
             addLevel: (some) => addNetwork(kernel, {network, weights}, some),
         };
@@ -202,6 +207,11 @@ self.onmessage = async ({data: {id, name, data}}) => {
 // Returns the buffers of the arrays in an answer, which it hands over.
 function buffersOf(answer) {
     const arrays = ArrayBuffer.isView(answer) ? [answer] : Object.values(answer ?? {}).flatMap((value) => (
-        ArrayBuffer.isView(value) ? [value] : value?.constructor === Object ? Object.values(value).filter(ArrayBuffer.isView) : []));
+        ArrayBuffer.isView(value)
+            ? [value]
+            : value?.constructor === Object
+            ? Object.values(value).filter(ArrayBuffer.isView)
+            : []
+    ));
     return [...new Set(arrays.map(({buffer}) => buffer))];
 }

@@ -9,14 +9,21 @@ function numbers(count, half) {
     const size = half && 1 + (half > 127), from = at;
     at += size * count;
     const signed = (k) => packed[from + k] << 24 >> 24;
-    return Array.from({length: count}, (_, k) => (size > 1 ? 256 * signed(k) + packed[from + count + k] : size && signed(k)));
+    return Array.from(
+        {length: count},
+        (_, k) => (size > 1 ? 256 * signed(k) + packed[from + count + k] : size && signed(k)),
+    );
 }
 
 // Returns the sum of products of a layer's rows with the input. rows: 4 gives mat4, 1 gives vec4.
-const sum = (matrix, columns, row, rows) => Array.from({length: columns / 4}, (_, i) => {
-    const block = Array.from({length: 4 * rows}, (_, k) => matrix[(row + k % rows) * columns + 4 * i + (k / rows | 0)]);
-    return rows > 1 ? `mat4(${block})*x[${i}]` : `dot(vec4(${block}),x[${i}])`;
-}).join("+");
+const sum = (matrix, columns, row, rows) =>
+    Array.from({length: columns / 4}, (_, i) => {
+        const block = Array.from(
+            {length: 4 * rows},
+            (_, k) => matrix[(row + k % rows) * columns + 4 * i + (k / rows | 0)],
+        );
+        return rows > 1 ? `mat4(${block})*x[${i}]` : `dot(vec4(${block}),x[${i}])`;
+    }).join("+");
 
 const functions = NETWORKS.map(([type, name, layers, outputs]) => {
     let text = `${type} ${name}(vec4 p){vec4 x[16],y[16];x[0]=p*vec4(${layers[0][5]});`, width = 0;
@@ -28,7 +35,9 @@ const functions = NETWORKS.map(([type, name, layers, outputs]) => {
         text += "x=y;";
         width = rows;
     }
-    const values = outputs.map(([half, step, offset]) => `${step}*(${sum(numbers(width, half), width, 0, 1)})+${offset}`);
+    const values = outputs.map(([half, step, offset]) =>
+        `${step}*(${sum(numbers(width, half), width, 0, 1)})+${offset}`
+    );
     return `${text}return ${type}(${values});}`;
 }).join("");
 
@@ -36,7 +45,8 @@ const functions = NETWORKS.map(([type, name, layers, outputs]) => {
 // middle up and down, straight into the canvas. Their numbers follow the device, at some 50 ms for each coarse picture or
 // group of rows, or part of a row. The first picture has 1,000 pixels: a driver resets a GPU that draws for seconds.
 const [label] = document.body.childNodes, canvas = document.createElement("canvas");
-const gl = canvas.getContext("webgl2", {antialias: false, preserveDrawingBuffer: true}), place = (name) => gl.getUniformLocation(program, name);
+const gl = canvas.getContext("webgl2", {antialias: false, preserveDrawingBuffer: true}),
+    place = (name) => gl.getUniformLocation(program, name);
 canvas.style.cssText = "position:fixed;inset:0;width:100%;height:100%;z-index:-1;touch-action:none;pointer-events:auto";
 let [azimuth, elevation] = VIEW, zoom = 1, turns = !matchMedia("(prefers-reduced-motion:reduce)").matches;
 const moves = MOVES && turns, light = matchMedia("(prefers-color-scheme:light)").matches * .6;
@@ -45,14 +55,20 @@ let program, buffer, pixels, fence, scale, rows, column, drawn, isAsked, isRough
 let steady = 99; // a whole picture is many
 
 function start() {
-    document.body.style.cssText = "margin:9px;overflow:hidden;color-scheme:light dark;color:canvastext;font:13px system-ui;pointer-events:none";
+    document.body.style.cssText =
+        "margin:9px;overflow:hidden;color-scheme:light dark;color:canvastext;font:13px system-ui;pointer-events:none";
     document.body.replaceChildren(label, canvas);
     try {
         program = gl.createProgram();
-        for (const [kind, text] of [
-            [gl.VERTEX_SHADER, "#version 300 es\nvoid main(){gl_Position=vec4(gl_VertexID%2*4-1,gl_VertexID/2*4-1,0,1);}"],
-            [gl.FRAGMENT_SHADER, SHADER.replace("@", functions)],
-        ]) {
+        for (
+            const [kind, text] of [
+                [
+                    gl.VERTEX_SHADER,
+                    "#version 300 es\nvoid main(){gl_Position=vec4(gl_VertexID%2*4-1,gl_VertexID/2*4-1,0,1);}",
+                ],
+                [gl.FRAGMENT_SHADER, SHADER.replace("@", functions)],
+            ]
+        ) {
             const shader = gl.createShader(kind);
             gl.shaderSource(shader, text);
             gl.compileShader(shader);

@@ -11,7 +11,9 @@ export async function gpuKernel(source, {width, depth, outputs}, {count, share, 
     const adapter = await navigator.gpu?.requestAdapter({powerPreference: "high-performance"});
     if (!adapter || (adapter.info?.isFallbackAdapter && !isForced)) return null;
     const device = await adapter.requestDevice(), {queue} = device;
-    const lost = device.lost.then(({message}) => { throw new Error(message); });
+    const lost = device.lost.then(({message}) => {
+        throw new Error(message);
+    });
     lost.catch(() => {});
     const code = `const WIDTH = ${width}u; const DEPTH = ${depth}u; const OUTPUTS = ${outputs}u;\n${source}`;
     const compute = {module: device.createShaderModule({code}), entryPoint: "step"};
@@ -26,8 +28,12 @@ export async function gpuKernel(source, {width, depth, outputs}, {count, share, 
     const buffer = (size, usage) => device.createBuffer({size: 4 * size, usage});
     const input = (size, usage = STORAGE) => buffer(size, usage | COPY_DST);
     const buffers = [
-        input(uniform.length, UNIFORM), input(SAMPLE * count), input(padded), buffer(rows * groups, STORAGE),
-        buffer(sums * groups, STORAGE), buffer(sums, STORAGE | COPY_SRC),
+        input(uniform.length, UNIFORM),
+        input(SAMPLE * count),
+        input(padded),
+        buffer(rows * groups, STORAGE),
+        buffer(sums * groups, STORAGE),
+        buffer(sums, STORAGE | COPY_SRC),
     ];
     const result = input(sums, MAP_READ), entries = buffers.map((own, binding) => ({binding, resource: {buffer: own}}));
     const bound = device.createBindGroup({layout: pipeline.getBindGroupLayout(0), entries});

@@ -13,7 +13,8 @@ import {bare, filtered, join} from "./sampling.js";
 export function hardSamples(shape, level, earlier, count, {sampling, mining}, random) {
     const {isFirst, delta, near, addFrozen, addLevel} = level, {excess} = mining;
     const shifted = (rows, reach) => {
-        for (let at = 0; at < rows.length; at += SAMPLE) for (let k = 0; k < 3; ++k) rows[at + k] += (2 * random() - 1) * reach;
+        for (let at = 0; at < rows.length; at += SAMPLE)
+            for (let k = 0; k < 3; ++k) rows[at + k] += (2 * random() - 1) * reach;
         return rows;
     };
     const close = shifted(bare(shape.surface(count, random)), (isFirst ? mining.first_reach : 2) * delta);
@@ -27,7 +28,8 @@ export function hardSamples(shape, level, earlier, count, {sampling, mining}, ra
     for (let at = 0; at < rows.length; at += SAMPLE) rows[at + DISTANCE] = trained[at + VALUE]; // for now
     const suspects = filtered(rows, (at) => {
         const size = Math.abs(rows[at + DISTANCE]);
-        return (size > near && (isFirst || size > excess * Math.abs(rows[at + VALUE]))) || (!isFirst && size < mining.near * delta);
+        return (size > near && (isFirst || size > excess * Math.abs(rows[at + VALUE]))) ||
+            (!isFirst && size < mining.near * delta);
     });
     const values = suspects.filter((_, i) => i % SAMPLE === DISTANCE);
     const most = isFirst ? Infinity : sampling.largest_distance * delta;

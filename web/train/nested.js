@@ -17,7 +17,8 @@ export function addNested(kernel, levels, rows, margin = 0) {
     const reached = new Uint8Array(rows.length / SAMPLE);
     levels.forEach((level, i) => {
         const isInside = (at) => (
-            !i || (reached[at / SAMPLE] === i - 1 && Math.abs(rows[at + VALUE]) < levels[i - 1].delta + margin));
+            !i || (reached[at / SAMPLE] === i - 1 && Math.abs(rows[at + VALUE]) < levels[i - 1].delta + margin)
+        );
         const inside = filtered(rows, isInside);
         addNetwork(kernel, level, inside);
         for (let at = 0, from = 0; at < rows.length; at += SAMPLE) {

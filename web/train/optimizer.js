@@ -1,5 +1,14 @@
 import {INPUTS} from "../kernel/kernel.js";
-import {EPSILON, MEAN, MOMENTUM, NARROWEST, NEWTON_SCHULZ, ROOT_MEAN_SQUARE, VARIANCE, WARM_UP} from "../model/constants.js";
+import {
+    EPSILON,
+    MEAN,
+    MOMENTUM,
+    NARROWEST,
+    NEWTON_SCHULZ,
+    ROOT_MEAN_SQUARE,
+    VARIANCE,
+    WARM_UP,
+} from "../model/constants.js";
 
 // The optimizer of a network, as in trainer/networks/muon.py: Muon (Jordan et al. 2024) moves the matrices of hidden
 // layers; Adam (Kingma and Ba 2015) moves all else, the output layer at a rate of its own.
@@ -10,7 +19,11 @@ export class Optimizer {
         const size = width * width, output = weights.length - outputs;
         const hidden = Array.from({length: depth}, (_, j) => (INPUTS + 1) * width + j * (size + width)); // first floats
         const starts = [0, ...hidden.map((at) => at + size), output], ends = [...hidden, output, weights.length];
-        const parts = starts.map((start, k) => ({start, end: ends[k], rate: start < output ? rate : outputFactor * rate}));
+        const parts = starts.map((start, k) => ({
+            start,
+            end: ends[k],
+            rate: start < output ? rate : outputFactor * rate,
+        }));
         const at = kernel.prepare_matrices(depth, width); // replaces the buffer where that has no room
         const matrices = new Float32Array(kernel.memory.buffer, at, depth * size);
         Object.assign(this, {weights, kernel, hidden, size, parts, matrices, steps: 0});

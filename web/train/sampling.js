@@ -17,8 +17,9 @@ export function domainSamples(shape, count, config, random) {
             continue;
         }
         const isCorner = i < shell + corners, reach = isCorner ? 1 : config.ball_radius;
-        do for (let k = 0; k < 3; ++k) rows[at + k] = within(reach);
-        while (isCorner === Math.hypot(rows[at], rows[at + 1], rows[at + 2]) <= config.ball_radius);
+        do for (let k = 0; k < 3; ++k) rows[at + k] = within(reach); while (
+            isCorner === Math.hypot(rows[at], rows[at + 1], rows[at + 2]) <= config.ball_radius
+        );
     }
     shape.setDistances(rows);
     return rows;

@@ -9,14 +9,19 @@ const {presets, omegas: usual, omega_width: usualWidth, texture: widestTexture, 
 export function settingsFrom(preset, texts) {
     const {levels: sizes, seconds, packed} = presets[preset], levels = levelsOf(texts.levels || sizes);
     const own = texts.omegas ? numbersOf("omega", texts.omegas, 1e-3, 1e4) : [];
-    refuseIf(own.length && own.length !== levels.length && own.length !== levels.length + 1,
-        `omega: ${levels.length} numbers are needed, one for each level (and one more for the texture)`);
+    refuseIf(
+        own.length && own.length !== levels.length && own.length !== levels.length + 1,
+        `omega: ${levels.length} numbers are needed, one for each level (and one more for the texture)`,
+    );
     const [widest, deepest, omega] = widestTexture, last = levels.at(-1);
     return {
-        levels, packed, texture: {width: Math.min(last.width, widest), depth: Math.min(last.depth, deepest)},
+        levels,
+        packed,
+        texture: {width: Math.min(last.width, widest), depth: Math.min(last.depth, deepest)},
         omegas: [...levels.map(({width}, i) => own[i] ?? usualOmega(i, width)), own[levels.length] ?? omega],
         isUsual: !own.length,
-        steps: null, seconds: texts.seconds ? numbersOf("seconds", texts.seconds, 1, 36000)[0] : seconds,
+        steps: null,
+        seconds: texts.seconds ? numbersOf("seconds", texts.seconds, 1, 36000)[0] : seconds,
         crease: creaseOf(texts.crease?.trim()),
         seed: texts.seed ? Math.floor(numbersOf("seed", texts.seed, 0, 1e6)[0]) : 0,
     };
@@ -28,18 +33,25 @@ export function suitedSettings(settings, bend) {
     if (!settings.isUsual) return settings;
     const {smooth, rough, omegas: lowest} = config.bend, {levels, omegas} = settings;
     const share = Math.min(1, Math.max(0, (bend - smooth) / (rough - smooth)));
-    const suited = [...levels.map((_, i) => {
-        const least = Math.min(omegas[i], lowest[Math.min(i, lowest.length - 1)]);
-        return Number((least + share * (omegas[i] - least)).toFixed(1));
-    }), omegas[levels.length]];
+    const suited = [
+        ...levels.map((_, i) => {
+            const least = Math.min(omegas[i], lowest[Math.min(i, lowest.length - 1)]);
+            return Number((least + share * (omegas[i] - least)).toFixed(1));
+        }),
+        omegas[levels.length],
+    ];
     return {...settings, omegas: suited, isUsual: false};
 }
 
 function levelsOf(text) {
     const levels = text.split(",").map((part) => {
         const [, width, depth] = /^\s*(\d{1,4})x(\d)\s*$/.exec(part) ?? [];
-        refuseIf(!(width >= 1 && width <= limits.width && depth <= limits.depth),
-            `levels: "${part.trim().slice(0, 20)}" is not NxD, such as 64x2, with N up to ${limits.width} and D up to ${limits.depth}`);
+        refuseIf(
+            !(width >= 1 && width <= limits.width && depth <= limits.depth),
+            `levels: "${
+                part.trim().slice(0, 20)
+            }" is not NxD, such as 64x2, with N up to ${limits.width} and D up to ${limits.depth}`,
+        );
         return {width: Number(width), depth: Number(depth)};
     });
     refuseIf(levels.length > limits.levels, `levels: ${levels.length} levels; at most ${limits.levels}`);
@@ -52,8 +64,10 @@ function creaseOf(text) {
 
 function numbersOf(name, text, least, most) {
     const numbers = text.split(",").map((part) => (part.trim() ? Number(part) : NaN));
-    refuseIf(!numbers.every((number) => number >= least && number <= most),
-        `${name}: "${text.slice(0, 30)}" is not a number from ${least} to ${most}`);
+    refuseIf(
+        !numbers.every((number) => number >= least && number <= most),
+        `${name}: "${text.slice(0, 30)}" is not a number from ${least} to ${most}`,
+    );
     return numbers;
 }
 

@@ -14,14 +14,19 @@ export function traced(evaluate, deltas, aims, random, config) {
     for (let round = 0, spread = 1; round <= config.rounds; ++round, spread /= 2) {
         const worst = deltas.map(() => []);
         for (const [ray, samples] of follow(evaluate, offsets, rays, 1 + deltas[last], config).entries()) {
-            steepest = samples.reduce((most, {level, slope}) => (level === last ? Math.max(most, slope) : most), steepest);
+            steepest = samples.reduce(
+                (most, {level, slope}) => (level === last ? Math.max(most, slope) : most),
+                steepest,
+            );
             limits(samples, offsets, config.inside).forEach(({end, ratio}, level) => {
                 bounds[level] = Math.min(bounds[level], ratio);
                 if (Number.isFinite(ratio)) worst[level].push({ratio, end, ray: rays[ray]});
             });
         }
         rays = worst.flatMap((of) => of.sort((a, b) => a.ratio - b.ratio).slice(0, config.worst))
-            .map(({end, ray: {aim, direction}}) => varied(along(aim, direction, end), direction, spread, random, config));
+            .map(({end, ray: {aim, direction}}) =>
+                varied(along(aim, direction, end), direction, spread, random, config)
+            );
     }
     return {bounds: bounds.map((bound) => Math.max(config.least_bound, Math.floor(1000 * bound) / 1000)), steepest};
 }
@@ -30,7 +35,10 @@ export function traced(evaluate, deltas, aims, random, config) {
 function firstRays(evaluate, aims, random, config) {
     const within = new Float32Array(aims.length), rays = [];
     for (let at = 0; at < within.length; at += SAMPLE) {
-        within.set(unitVector([normalNumber(random), normalNumber(random), normalNumber(random)], Math.cbrt(random())), at);
+        within.set(
+            unitVector([normalNumber(random), normalNumber(random), normalNumber(random)], Math.cbrt(random())),
+            at,
+        );
     }
     evaluate(within);
     for (let at = 0; at < aims.length; at += SAMPLE) {
@@ -52,17 +60,21 @@ function varied(aim, direction, spread, random, {aside, turn}) {
 // Samples the field along rays through the ball of a radius, densely where it is near zero. Returns for each ray its
 // samples {t, f, level, slope}, in order.
 function follow(evaluate, offsets, rays, radius, config) {
-    const paths = rays.map(() => []), places = rays.map(({aim, direction}, ray) => {
-        const middle = dotProduct(aim, direction), half = Math.sqrt(middle ** 2 - dotProduct(aim, aim) + radius ** 2);
-        return {ray, t: -middle - half, far: half - middle};
-    });
+    const paths = rays.map(() => []),
+        places = rays.map(({aim, direction}, ray) => {
+            const middle = dotProduct(aim, direction),
+                half = Math.sqrt(middle ** 2 - dotProduct(aim, aim) + radius ** 2);
+            return {ray, t: -middle - half, far: half - middle};
+        });
     let left = places.filter(({t, far}) => t < far);
     for (let count = 0; left.length && count < config.samples; ++count) {
         const rows = new Float32Array(SAMPLE * left.length);
         left.forEach(({ray, t}, i) => rows.set(along(rays[ray].aim, rays[ray].direction, t), SAMPLE * i));
         const levels = evaluate(rows);
         left.forEach((place, i) => {
-            const at = SAMPLE * i, f = rows[at + VALUE], slope = Math.hypot(...rows.subarray(at + GRADIENT, at + GRADIENT + 3));
+            const at = SAMPLE * i,
+                f = rows[at + VALUE],
+                slope = Math.hypot(...rows.subarray(at + GRADIENT, at + GRADIENT + 3));
             paths[place.ray].push({t: place.t, f, level: levels[i], slope});
             const step = config.step_share * (Math.abs(f) - offsets[levels[i]]);
             place.t += Math.min(config.longest, Math.max(config.shortest, step));
@@ -81,7 +93,9 @@ function limits(samples, offsets, inside) {
     for (let i = samples.length - 1; i >= 0; --i) {
         const here = samples[i], next = samples[i + 1];
         if (next && here.f < 0 !== next.f < 0) {
-            const share = here.level === next.level ? Math.abs(here.f) / Math.max(Math.abs(here.f) + Math.abs(next.f), 1e-30) : 0.5;
+            const share = here.level === next.level
+                ? Math.abs(here.f) / Math.max(Math.abs(here.f) + Math.abs(next.f), 1e-30)
+                : 0.5;
             const crossing = here.t + share * (next.t - here.t);
             if (here.f < 0) exit = crossing;
             else end = exit === null ? null : (1 - inside) * crossing + inside * exit;

@@ -45,7 +45,12 @@ export function initialWeights({width, depth}, padded, outputs, omega, outputFac
 // done before or after its steps.
 // Returns {levels: [{network, layout, weights, steps, share, loss, restarts, seconds, delta, lipschitz,
 // stepBound, bandStepBound, meanF, distance, angle}], texture: the same up to `seconds`, or null}.
-export async function trainShape(team, settings, config, {module, hasColors = false, gpu, clock, end, start, afterStep, tell}) {
+export async function trainShape(
+    team,
+    settings,
+    config,
+    {module, hasColors = false, gpu, clock, end, start, afterStep, tell},
+) {
     const {exports: kernel} = await WebAssembly.instantiate(module);
     const trained = {levels: [...start?.levels ?? []], texture: start?.texture ?? null};
     const withTexture = hasColors && !trained.texture, costs = stageCosts(settings, config.budget, withTexture);
@@ -66,7 +71,8 @@ export async function trainShape(team, settings, config, {module, hasColors = fa
         const secondsLeft = (steps) => {
             const now = clock(), each = steps < STEADY ? 0 : (now - ready) / steps;
             const later = costs.map((_, k) => (k <= i ? 0 : ready - began + reserve
-                + leastSteps(settings, k) * each * stepCost(networks[k]) / stepCost(networks[i])));
+                + leastSteps(settings, k) * each * stepCost(networks[k]) / stepCost(networks[i]))
+            );
             return Math.max(end - now, Math.max(stageEnd - now, (least - steps) * each) + reserve + sum(later));
         };
         const stepper = await stepperOf(team, gpu, stage.network, stage.part, settings.isOnGpu);
@@ -74,9 +80,15 @@ export async function trainShape(team, settings, config, {module, hasColors = fa
         const outcome = await fit(stepper, {...stage, kernel}, time, async (state) => {
             const isMined = await mine(state);
             return await afterStep({
-                ...state, stage: i, done: (sum(costs.slice(0, i)) + costs[i] * state.share) / sum(costs),
-                levels: trained.levels, network: stage.network, layout: stage.layout,
-                least, isLate: stageEnd && clock() > stageEnd, left: secondsLeft(state.steps),
+                ...state,
+                stage: i,
+                done: (sum(costs.slice(0, i)) + costs[i] * state.share) / sum(costs),
+                levels: trained.levels,
+                network: stage.network,
+                layout: stage.layout,
+                least,
+                isLate: stageEnd && clock() > stageEnd,
+                left: secondsLeft(state.steps),
             }) || (isMined && "changed");
         }).finally(stepper.end);
         const {weights, steps, share, loss, restarts} = outcome;
@@ -104,7 +116,13 @@ async function levelStage(team, settings, config, levels, seconds) {
     const {rate, outputFactor} = rates(layout.width, delta, config.step);
     const outputs = i ? config.step.residual_output : 1;
     return {
-        network, layout, part, rate, outputFactor, outputs: network.width + 1, rounded: roundedBy(settings, network, layout),
+        network,
+        layout,
+        part,
+        rate,
+        outputFactor,
+        outputs: network.width + 1,
+        rounded: roundedBy(settings, network, layout),
         start: () => initialWeights(layout, network.width, 1, settings.omegas[i], outputs, random),
         factors: (share) => lossAt(share, i === 0, config.loss),
     };
@@ -132,7 +150,12 @@ async function textureStage(team, settings, config, levels, seconds) {
     const {seed, part} = await begun(team, "beginTexture", settings, config, levels, network, SEEDS - 1, seconds, more);
     const random = randomNumbers(seed), outputs = 3 * (network.width + 1);
     return {
-        network, layout, part, rate, outputFactor: output_factor, outputs,
+        network,
+        layout,
+        part,
+        rate,
+        outputFactor: output_factor,
+        outputs,
         rounded: roundedBy(settings, network, layout),
         start: () => {
             const weights = initialWeights(layout, network.width, 3, settings.omegas.at(-1), 1, random);
@@ -155,8 +178,15 @@ async function begun(team, question, settings, config, levels, network, index, s
     const pool = Math.ceil(Math.min(Math.max(samples, least), most) / size);
     const part = TILE * Math.max(1, Math.round(Math.min(step.batch / 2 / size, pool) / TILE));
     await team.all(question, (k) => ({
-        network, levels: levels.map(asQuestion), pool, on: part, around: part, team: size, seed: seed * size + k,
-        config: sampling, ...more,
+        network,
+        levels: levels.map(asQuestion),
+        pool,
+        on: part,
+        around: part,
+        team: size,
+        seed: seed * size + k,
+        config: sampling,
+        ...more,
     }));
     return {seed, part};
 }
@@ -194,31 +224,40 @@ function lossAt(share, isFirst, loss) {
 async function measured(team, levels, {points, band_points: more, tracing}, seed) {
     const count = Math.ceil((points + more) / team.workers.length), size = team.workers.length;
     const parts = await team.all("measure", (k) => (
-        {levels: levels.map(asQuestion), count, seed: -1 - seed - k, worker: k, team: size}));
+        {levels: levels.map(asQuestion), count, seed: -1 - seed - k, worker: k, team: size}
+    ));
     const sum = (key) => parts.reduce((total, part) => total + part[key], 0);
     const most = (of, key) => Math.max(...of.map((part) => part[key]));
     const level = levels.at(-1), delta = DELTA_FACTOR * Math.max(most(parts, "largest"), 1e-6);
     level.delta = delta;
     const rays = await team.all("trace", (k) => (
-        {levels: levels.map(asQuestion), seed: -1 - seed - k, team: size, config: tracing}));
+        {levels: levels.map(asQuestion), seed: -1 - seed - k, team: size, config: tracing}
+    ));
     const bounds = levels.map((_, i) => Math.min(...rays.map((part) => part.bounds[i])));
-    levels.slice(0, -1).forEach((band, i) => { band.bandStepBound = Math.min(band.bandStepBound, bounds[i]); });
+    levels.slice(0, -1).forEach((band, i) => {
+        band.bandStepBound = Math.min(band.bandStepBound, bounds[i]);
+    });
     Object.assign(level, {
-        lipschitz: Math.max(most(parts, "steepest"), most(rays, "steepest")), stepBound: bounds.at(-1), bandStepBound: 1,
-        meanF: sum("f") / sum("count"), distance: sum("distance") / sum("count"),
+        lipschitz: Math.max(most(parts, "steepest"), most(rays, "steepest")),
+        stepBound: bounds.at(-1),
+        bandStepBound: 1,
+        meanF: sum("f") / sum("count"),
+        distance: sum("distance") / sum("count"),
         angle: sum("angle") / sum("count") * 180 / Math.PI,
     });
 }
 
 // Estimates the seconds of measured() after the next level.
 async function measuringTime(team, settings, {measuring}, levels) {
-    const network = paddedNetwork(settings.levels[levels.length], 1), weights = new Float32Array(parameterCount(network));
+    const network = paddedNetwork(settings.levels[levels.length], 1),
+        weights = new Float32Array(parameterCount(network));
     const asked = [...levels, {network, weights, delta: 1}].map(asQuestion);
     const measure = () => team.all("measure", () => ({levels: asked, count: TIMED, seed: 0, worker: null, team: 1}));
     await measure(); // the first run is slow
     const began = performance.now();
     await measure();
     const {rays, rounds, worst, expected_samples: samples} = measuring.tracing;
-    const points = measuring.points + measuring.band_points + (2 * rays + rounds * worst * (levels.length + 1)) * samples;
+    const points = measuring.points + measuring.band_points +
+        (2 * rays + rounds * worst * (levels.length + 1)) * samples;
     return (performance.now() - began) / 1000 * points / TIMED / team.workers.length;
 }

@@ -4,7 +4,11 @@ import {TrainingError} from "../kernel/training_error.js";
 export class Team {
     // source: text of the workers' script.
     constructor(source, size) {
-        Object.assign(this, {url: URL.createObjectURL(new Blob([source], {type: "text/javascript"})), asked: 0, failure: null});
+        Object.assign(this, {
+            url: URL.createObjectURL(new Blob([source], {type: "text/javascript"})),
+            asked: 0,
+            failure: null,
+        });
         this.waiting = new Map();
         this.workers = Array.from({length: size}, () => this.hire(new Worker(this.url)));
     }

@@ -9,8 +9,8 @@ import {probes} from "../print/reference.js";
 import {fitsShadertoy, shadertoyText} from "../print/shadertoy.js";
 import {choose, copyText, fillChoices, saveFile} from "./controls.js";
 import {kindOfFile} from "./file_kinds.js";
-import {compiling, element, setState, fail, isExpected, root, say, uncover} from "./messages.js";
-import {afterLoss, reduced, reportRestored, reportLoss} from "./recovery.js";
+import {compiling, element, fail, isExpected, root, say, setState, uncover} from "./messages.js";
+import {afterLoss, reduced, reportLoss, reportRestored} from "./recovery.js";
 import {center, draw, goTo, halt, options, renderer, set} from "./view.js";
 
 // `current` is the page's model or a dropped model: {model, isOwn, probes, storage, sha256, memory, whole}. isOwn: the page
@@ -24,7 +24,14 @@ let demandIdle = () => {}; // throws a ModelError where the stage is in use
 let reads = Promise.resolve(); // of the model files so far
 const MODEL = /\.safetensors$/i;
 const WITHOUT_STUDIO = ", or drop it on the page of: mplicits studio";
-const SHADING_LABELS = {phong: "Phong", studio: "Studio", normal: "Normals", depth: "Depth", steps: "Steps", texture: "Texture"};
+const SHADING_LABELS = {
+    phong: "Phong",
+    studio: "Studio",
+    normal: "Normals",
+    depth: "Depth",
+    steps: "Steps",
+    texture: "Texture",
+};
 
 // Returns the page's own model, or null.
 export function embedded() {
@@ -32,8 +39,12 @@ export function embedded() {
     if (!buffer.byteLength) return null;
     const model = facts.scene ? bakedScene(facts, buffer) : parseModel(buffer, true);
     return reduced({
-        model: {...model, ground: facts.ground}, isOwn: true, probes: {points: facts.points, values: facts.values},
-        storage: facts.storage, sha256: facts.sha256, memory: memoryOf(facts.sha256),
+        model: {...model, ground: facts.ground},
+        isOwn: true,
+        probes: {points: facts.points, values: facts.values},
+        storage: facts.storage,
+        sha256: facts.sha256,
+        memory: memoryOf(facts.sha256),
     });
 }
 
@@ -43,7 +54,9 @@ export async function start(chosen) {
     const {model} = chosen, levels = model.levels.length;
     const networks = () => model.levels.map(({network}) => `${network[0].rows}x${network.length - 2}`);
     setTitle(model);
-    const size = `${model.field ? `${model.shapes} shapes` : networks().join(" > ")} · ${model.parameters.toLocaleString("en")} parameters`;
+    const size = `${model.field ? `${model.shapes} shapes` : networks().join(" > ")} · ${
+        model.parameters.toLocaleString("en")
+    } parameters`;
     element("shapes").textContent = model.credit ? `${size} · ${model.credit}` : size;
     element("copy").hidden = !fitsShadertoy(model);
     for (const id of ["share", "embed"]) element(id).hidden = !chosen.isOwn;
@@ -80,7 +93,8 @@ function load() {
 
 // Shows the model in a file. For an invalid file, shows a message and keeps the old model. files: also those of a shape.
 export async function openFiles(files) {
-    const shape = files.find(({name}) => kindOf(name)), file = shape ?? files.find(({name}) => MODEL.test(name)) ?? files[0];
+    const shape = files.find(({name}) => kindOf(name)),
+        file = shape ?? files.find(({name}) => MODEL.test(name)) ?? files[0];
     let isStarted = false;
     if (!file || !renderer) return; // without a renderer, a message stays
     try {
@@ -88,7 +102,10 @@ export async function openFiles(files) {
         const bytes = await readInTurn(file);
         await demandIdle(file.name);
         const kind = kindOfFile(bytes);
-        if (kind) throw new ModelError(`${kind}, which this page does not open. ${document.querySelector(".hint").textContent}`);
+        if (kind)
+            throw new ModelError(
+                `${kind}, which this page does not open. ${document.querySelector(".hint").textContent}`,
+            );
         const model = parseModel(bytes);
         isStarted = true;
         await startParsed(model);
@@ -103,7 +120,9 @@ export async function openFiles(files) {
 
 // Resolves to the bytes of a file, after all files before it: the last one stays on the stage.
 function readInTurn(file) {
-    const bytes = file.arrayBuffer().catch(() => { throw new ModelError("cannot be read: it is a folder, or has moved"); });
+    const bytes = file.arrayBuffer().catch(() => {
+        throw new ModelError("cannot be read: it is a folder, or has moved");
+    });
     const turn = Promise.all([bytes, reads]).then(([own]) => own);
     reads = turn.catch(() => {});
     return turn;
@@ -138,7 +157,9 @@ const kindOf = (name) => shared.shapes[name.toLowerCase().match(/\.\w+$/)?.[0]];
 
 // Throws a ModelError for files that are the input of a training. more: end of the message for a mesh.
 export function refuseShape(files, more = "") {
-    const {name} = files.find((file) => kindOf(file.name)), kind = kindOf(name), end = kind.startsWith("a mesh") ? more : "";
+    const {name} = files.find((file) => kindOf(file.name)),
+        kind = kindOf(name),
+        end = kind.startsWith("a mesh") ? more : "";
     throw new ModelError(`${kind}; train it with: mplicits train ${quoted(printable(name))}${end}`);
 }
 

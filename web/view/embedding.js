@@ -24,7 +24,11 @@ export const keptInHash = ["panel", "turntable", "background"].filter((key) => i
 // Numbers in a message, with their least and largest values.
 const FARTHEST_TARGET = shared.camera.zoom[1];
 const IN_MESSAGES = {
-    azimuth: [-360, 360], elevation: [-90, 90], distance: shared.camera.zoom, level: [1, Infinity], time: [0, 1],
+    azimuth: [-360, 360],
+    elevation: [-90, 90],
+    distance: shared.camera.zoom,
+    level: [1, Infinity],
+    time: [0, 1],
 };
 
 // Posts a message to the host, if there is one. type: "ready" or "camera".
@@ -36,12 +40,16 @@ export function tellHost(type, numbers) {
 // A message with anything else in it is none.
 export function listenToHost(onMessage) {
     const isIn = (value, [least, most]) => Number.isFinite(value) && least <= value && value <= most;
-    const isTarget = (target) => Array.isArray(target) && target.length === 3
+    const isTarget = (target) =>
+        Array.isArray(target) && target.length === 3
         && target.every((c) => isIn(c, [-FARTHEST_TARGET, FARTHEST_TARGET]));
     addEventListener("message", ({source, data}) => {
         if (source !== parent || parent === window || data?.type !== "mplicits-set") return;
         const {type, ...numbers} = data;
-        const isRight = ([key, value]) => (key === "target" ? isTarget(value)
+        const isRight = (
+            [key, value],
+        ) => (key === "target" ?
+            isTarget(value)
             : Object.hasOwn(IN_MESSAGES, key) && isIn(value, IN_MESSAGES[key]) && (key !== "level" || value % 1 === 0));
         if (Object.entries(numbers).every(isRight)) onMessage(numbers);
     });

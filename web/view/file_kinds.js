@@ -1,7 +1,11 @@
 // What a file is that the page does not open, by its first bytes as Latin-1.
 const FIRST_BYTES = {
-    "a JPEG picture": /^\xff\xd8/, "a PNG picture": /^.PNG/, "a GIF picture": /^GIF8/, "a WebP picture": /WEBP/,
-    "a PDF document": /^%PDF/, "a ZIP archive": /^PK/,
+    "a JPEG picture": /^\xff\xd8/,
+    "a PNG picture": /^.PNG/,
+    "a GIF picture": /^GIF8/,
+    "a WebP picture": /WEBP/,
+    "a PDF document": /^%PDF/,
+    "a ZIP archive": /^PK/,
 };
 
 // Returns the kind with its article; undefined for another file. bytes: an ArrayBuffer.

@@ -22,8 +22,8 @@ export function dismiss() {
 export const isExpected = (error) => error instanceof DeviceError || error instanceof ModelError;
 
 export function fail(error) {
-    const expected = isExpected(error), text = expected ? error.message
-        : `Unexpected error in this page: ${error.message}`;
+    const expected = isExpected(error),
+        text = expected ? error.message : `Unexpected error in this page: ${error.message}`;
     say(text, expected && "drawn" in root.dataset);
     setState("failed", "");
     if (!expected) throw error;
@@ -48,7 +48,9 @@ export function setState(state, text, share = null) {
 }
 
 function updateStatus() {
-    element("status").textContent = [line, field && [field, trial].filter(Boolean).join(" · ")].filter(Boolean).join("\n");
+    element("status").textContent = [line, field && [field, trial].filter(Boolean).join(" · ")].filter(Boolean).join(
+        "\n",
+    );
 }
 
 // The text for screen readers: only that a model's first picture begins, and that it is complete.
@@ -67,7 +69,8 @@ export function compiling() {
 // Lets the next frame replace the poster.
 export function uncover() {
     isOther = true;
-    if (root.dataset.state === "compiling") setState("compiling", "Compiling the shader · the view follows in a moment", NaN);
+    if (root.dataset.state === "compiling")
+        setState("compiling", "Compiling the shader · the view follows in a moment", NaN);
 }
 
 // Shows that a new picture begins, if the last picture is complete.
@@ -83,8 +86,11 @@ export const listener = {
         const poster = element("poster"), isFiner = size[1] >= poster.naturalHeight || samples > 1 || settled;
         if (isFiner || isOther || poster.hidden) root.dataset.drawn = "";
         if (root.dataset.state === "compiling") return;
-        const time = milliseconds < 10 ? `${milliseconds.toFixed(1)} ms`
-            : milliseconds < 1000 ? `${Math.round(milliseconds)} ms` : `${(milliseconds / 1000).toFixed(1)} s`;
+        const time = milliseconds < 10 ?
+            `${milliseconds.toFixed(1)} ms`
+            : milliseconds < 1000
+            ? `${Math.round(milliseconds)} ms`
+            : `${(milliseconds / 1000).toFixed(1)} s`;
         const sampled = samples > 1 ? ` · ${samples} samples` : "";
         setState(settled ? "still" : "drawing", `${time} · ${dimensions(size)}${sampled}`);
         if (settled && isAwaited) {

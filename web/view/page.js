@@ -5,11 +5,37 @@ import {backgroundName, hasView, listenToHost, tellHost, turnTime} from "./embed
 import {listenToKeys, listenToPointers} from "./gestures.js";
 import {dismiss, element, fail, root, say, uncover} from "./messages.js";
 import {
-    contextLost, contextRestored, copy, embedded, goToLevel, leave, openDropped, openFiles, save, setTitle, shade, showSteps, start,
+    contextLost,
+    contextRestored,
+    copy,
+    embedded,
+    goToLevel,
+    leave,
+    openDropped,
+    openFiles,
+    save,
+    setTitle,
+    shade,
+    showSteps,
+    start,
 } from "./current_model.js";
 import {share} from "./share.js";
 import {
-    canvas, css, followHash, openRenderer, options, pan, place, play, reset, resize, seek, set, turn, turntable, zoom,
+    canvas,
+    css,
+    followHash,
+    openRenderer,
+    options,
+    pan,
+    place,
+    play,
+    reset,
+    resize,
+    seek,
+    set,
+    turn,
+    turntable,
+    zoom,
 } from "./view.js";
 
 // Connects the controls to the view.
@@ -31,7 +57,8 @@ function fullScreen() {
 
 function wirePanel() {
     const swatches = Object.entries(BACKGROUNDS).map(([value, {bottom, top}]) => (
-        {value, label: value, paint: `linear-gradient(${css(top)}, ${css(bottom)})`}));
+        {value, label: value, paint: `linear-gradient(${css(top)}, ${css(bottom)})`}
+    ));
     const usual = root.dataset.tone === "light" ? "paper" : "slate";
     const isKnown = Object.hasOwn(BACKGROUNDS, backgroundName) || plainBackground(backgroundName);
     const first = isKnown ? backgroundName : usual;
@@ -52,7 +79,14 @@ function wirePanel() {
 function wireButtons() {
     const buttons = {
         fold: () => fold(root.classList.contains("unfolded")),
-        play, save, full: fullScreen, reset, open: () => element("file").click(), share: () => share(false), embed: () => share(true), copy,
+        play,
+        save,
+        full: fullScreen,
+        reset,
+        open: () => element("file").click(),
+        share: () => share(false),
+        embed: () => share(true),
+        copy,
     };
     for (const [id, action] of Object.entries(buttons)) element(id).addEventListener("click", action);
     element("message").querySelector("button").addEventListener("click", dismiss);
@@ -66,13 +100,25 @@ function wireButtons() {
 function wireGestures() {
     listenToPointers(canvas, {turn, pan, zoom, reset});
     const arrow = (right, up) => ({shiftKey}) => (
-        shiftKey ? pan(-0.05 * right, -0.05 * up) : turn(-right / 36, -up / 36));
+        shiftKey ? pan(-0.05 * right, -0.05 * up) : turn(-right / 36, -up / 36)
+    );
     const levels = Array.from({length: 9}, (_, i) => [i + 1, () => goToLevel(i + 1)]);
     const shadings = Object.entries({p: "phong", g: "studio", n: "normal", d: "depth", x: "steps", t: "texture"});
     listenToKeys({
-        ArrowLeft: arrow(-1, 0), ArrowRight: arrow(1, 0), ArrowUp: arrow(0, 1), ArrowDown: arrow(0, -1),
-        "+": () => zoom(0.9), "=": () => zoom(0.9), "-": () => zoom(1 / 0.9), r: reset, s: save, f: fullScreen,
-        " ": () => element("moment").hidden || play(), h: () => element("fold").click(), Escape: dismiss, ...Object.fromEntries(levels),
+        ArrowLeft: arrow(-1, 0),
+        ArrowRight: arrow(1, 0),
+        ArrowUp: arrow(0, 1),
+        ArrowDown: arrow(0, -1),
+        "+": () => zoom(0.9),
+        "=": () => zoom(0.9),
+        "-": () => zoom(1 / 0.9),
+        r: reset,
+        s: save,
+        f: fullScreen,
+        " ": () => element("moment").hidden || play(),
+        h: () => element("fold").click(),
+        Escape: dismiss,
+        ...Object.fromEntries(levels),
         ...Object.fromEntries(shadings.map(([key, shading]) => [key, () => shade(shading)])),
     });
 }

@@ -1,5 +1,5 @@
 import {probes} from "../print/reference.js";
-import {element, setState, root, say} from "./messages.js";
+import {element, root, say, setState} from "./messages.js";
 
 // After a lost WebGL context. A model with a finished picture comes back unchanged. A model that made the driver fail
 // comes back with half of its levels, repeatedly, down to level 1. After that, for a scene, after many losses in short
@@ -13,7 +13,9 @@ let waiting = 0, losses = 0;
 export function afterLoss(current, variant) {
     const {model: {levels}, memory} = current, isTrial = memory.read() === "trying";
     memory.interrupted("texture");
-    setTimeout(() => { --losses; }, SPAN);
+    setTimeout(() => {
+        --losses;
+    }, SPAN);
     if (++losses > MOST_LOSSES) return null;
     if (isTrial || variant?.proven) return current;
     if (variant?.storage === "literal") {
@@ -58,6 +60,10 @@ export function reportLoss(next) {
 export function reportRestored({model, whole}) {
     clearTimeout(waiting);
     const count = model.levels.length;
-    say(whole ? `The graphics driver failed at the ${whole.model.levels.length} levels of this model. `
-        + `Here ${count === 1 ? "is the first" : `are the first ${count}`}.` : "");
+    say(
+        whole ?
+            `The graphics driver failed at the ${whole.model.levels.length} levels of this model. `
+            + `Here ${count === 1 ? "is the first" : `are the first ${count}`}.` :
+            "",
+    );
 }

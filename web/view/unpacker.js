@@ -19,7 +19,8 @@
     globalThis.packedPage = {outer, html};
     document.open();
     document.write(html.replace(/\x01(.)(\d*),?(\d*)\x01/g, (_, letter, at, count) => (
-        letter === "p" ? poster : (letter === "t" ? text : base64)(parts.subarray(at, Number(at) + Number(count))))));
+        letter === "p" ? poster : (letter === "t" ? text : base64)(parts.subarray(at, Number(at) + Number(count)))
+    )));
     document.close();
 })().catch(() => {
     document.getElementById("note").textContent = globalThis.DecompressionStream

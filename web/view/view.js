@@ -15,8 +15,14 @@ export const canvas = element("view");
 const NO_STEPS = [0.01, 0.01, 0.05]; // heat(0) in glsl/functions/heat.glsl
 const {light} = shared.defaults;
 export const options = {
-    level: 1, normalLevel: null, shading: facts.shade, iterations: 1, resolution: "auto", time: timeFrom(location.hash),
-    light: light.map((c) => c / Math.hypot(...light)), background: [],
+    level: 1,
+    normalLevel: null,
+    shading: facts.shade,
+    iterations: 1,
+    resolution: "auto",
+    time: timeFrom(location.hash),
+    light: light.map((c) => c / Math.hypot(...light)),
+    background: [],
 };
 export let renderer = null; // stays null where the browser cannot draw
 let drawer = null; // draws in place of the renderer, or null
@@ -49,7 +55,8 @@ function tiltPoster() {
     const m = matrix(camera, ratio), pixels = canvas.clientHeight * FOCAL / 2;
     const shift = (k) => m.slice(k, k + 3).reduce((sum, c, i) => sum - c * camera.target[i], 0) * pixels / near;
     const [right, up] = ["azimuth", "elevation"].map((angle) => home[angle] - nearAngle(camera[angle], home[angle]));
-    element("poster").style.transform = `translate(${shift(0)}px, ${-shift(4)}px) scale(${far / near}) perspective(${pixels}px) `
+    element("poster").style.transform =
+        `translate(${shift(0)}px, ${-shift(4)}px) scale(${far / near}) perspective(${pixels}px) `
         + `rotateX(${up}deg) rotateY(${right}deg)`;
 }
 
@@ -140,7 +147,7 @@ export async function play() {
     root.dataset.playing = "";
     element("play").querySelector("span").textContent = "Pause";
     uncover();
-    for (let last = performance.now(); ;) {
+    for (let last = performance.now();;) {
         await nextFrame();
         if (playing !== mine) return;
         const now = performance.now();
@@ -153,7 +160,7 @@ export async function play() {
 // Turns the shape on a turntable until the visitor moves it.
 export async function turntable(seconds) {
     isTurning = true;
-    for (let last = performance.now(); ;) {
+    for (let last = performance.now();;) {
         await nextFrame();
         if (!isTurning) return;
         const now = performance.now();
