@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from dense_view import STOP, Picture, along_surface, lost_and_extra, views
 from mplicits.codegen.targets.glsl330 import bake
-from mplicits.codegen.targets.shader import FIRST_LOOKS
+from mplicits.codegen.targets.shader import NEWTON_STEPS
 from mplicits.codegen.targets.shadertoy import WIDEST, exact
 from mplicits.codegen.targets.shadertoy_text import savings, step_bound
 from mplicits.field.cells import NEAR, NEAR_IN_FILE, Cells
@@ -88,7 +88,7 @@ Way = Callable[
     [NDArray[np.float64], NDArray[np.float64], float], tuple[NDArray[np.bool_], NDArray[np.float64], list[int], int]
 ]
 """Traces rays from a point, (3,), in directions (N, 3), with a pixel's width at distance 1: hit, t, evaluations,
-looks."""
+gradients."""
 
 
 def ways_of(program: Program, model: Model, cells: Cells) -> list[Way]:
@@ -110,7 +110,7 @@ def ways_of(program: Program, model: Model, cells: Cells) -> list[Way]:
         )
         return rays.hit, rays.t, rays.evaluations, 0
 
-    in_passes = marched("relaxed", cells, FIRST_LOOKS if model.scene is None else 0)
+    in_passes = marched("relaxed", cells, NEWTON_STEPS if model.scene is None else 0)
     found = [marched("plain", None, 0), in_passes, marched("relaxed", alone.few_cells, 0, alone.narrow, NEAR_IN_FILE)]
     if max(map(program.widest, program.functions())) > WIDEST:
         return found
@@ -234,7 +234,7 @@ def main() -> None:
         "plain schedule's. Gradients and colors at the end of a ray are the same and not counted.",
         "",
         "- Plain: steps as long as the free sphere. Relaxed: the default, with the grid of cells, over-relaxed steps "
-        "and first looks ([method](../method.md#fewer-evaluations)).",
+        "and Newton's steps ([method](../method.md#fewer-evaluations)).",
         "- In one file: shaders that stand alone, with few cells and narrow bands in their text. Shadertoy: the steps "
         f"of its text (networks up to {WIDEST} wide).",
         "- Lost, extra: rays that end apart from the plain schedule's were marched densely. Lost rays miss a part of "

@@ -11,7 +11,7 @@ PARTS, PART_SIZE, PART_PLACE = 5, 0.55, 0.65
 LIGHT_FIRST, LIGHT_STEP, LIGHT_GROWTH, LIGHT_STEPS, LIGHT_STEADY = 0.03, 0.04, 1.14, 16, 0.8
 """The constants of glsl/functions/openness.glsl."""
 BLOCK = 4
-"""Pixels along the side of a block in glsl/functions/floor_light.glsl."""
+"""Pixels along the side of a block in glsl/functions/floor_openness.glsl."""
 EVALUATIONS = 1 + SKY_TAPS + PARTS * LIGHT_STEPS
 """Largest number of evaluations of level 1 for a point."""
 
@@ -19,7 +19,7 @@ Values = NDArray[np.float64]
 
 
 def coarse(program: Program, points: Values) -> Array:
-    """Evaluate level 1's field at points (N, 3) anywhere, model space (coarse.glsl). Returns (N,) float32."""
+    """Evaluate level 1's field at points (N, 3) anywhere, model space (coarse_field.glsl). Returns (N,) float32."""
     far = np.linalg.norm(points, axis=1)
     f = field(program, (points / np.maximum(far, 1)[:, None]).astype(np.float32), 1)
     outside = np.maximum(far - 1, 0)

@@ -14,7 +14,7 @@ from .base124 import base124
 from .bundle import modules, read, script
 from .deflate import deflated
 from .facts import facts_json
-from .minified import minified, minified_style, short_script, short_shader
+from .minified import minified, minified_style, short_names, short_script, short_shader
 from .policy import hash_of
 from .spaces import squeezed
 
@@ -26,6 +26,8 @@ DESCRIPTION = "A shape as a neural network: drag to turn it."
 PALETTES = {"dark": page_style.variables(page_style.DARK), "light": page_style.variables(page_style.LIGHT)}
 SHADER = "x-shader/x-fragment"
 """Type of a script element with GLSL."""
+OWN_NAMES = ("prologue", "shadertoy.glsl")
+"""Elements with GLSL from which scripts make texts for users."""
 
 _PLACE = re.compile(r"\{\{(\w+)\}\}")
 _CONTROL = re.compile(r"[\x00-\x1f]")
@@ -180,7 +182,7 @@ def _html(page: Page, scripts: Scripts, parts: Parts, head: str) -> str:
         "stage": parts.text(_outdented(more.stage)),
         "facts": facts_json(page.facts | more.facts),
         "weights": parts.mark("b", page.data) if page.data else "",
-        "shaders": "\n".join(_element(SHADER, name, short_shader(text)) for name, text in page.shaders.items()),
+        "shaders": "\n".join(_element(SHADER, name, text) for name, text in _shaders(page, scripts).items()),
         "elements": parts.text(_outdented(more.bar)) + "".join(_of_studio(element, parts) for element in more.elements),
         "js": script,
         **{key: html.escape(getattr(more, key)) for key in ("accept", "open", "hint")},
@@ -213,6 +215,15 @@ def _scripts(studio: Studio | None) -> Scripts:
         return Scripts(early, minified(script([*before, entry])))
     texts = (script(before), script(studio.modules, after=[*before, entry]), script([entry], after=before))
     return Scripts(early, *(squeezed(short_script(text)) for text in texts))
+
+
+def _shaders(page: Page, scripts: Scripts) -> dict[str, str]:
+    """Return the shaders in short. Those of OWN_NAMES keep all names, the others those in texts beside them."""
+    texts = {name: short_shader(text) for name, text in page.shaders.items()}
+    kept = [facts_json(page.facts), *(texts[name] for name in OWN_NAMES), scripts.viewer, scripts.studio, scripts.entry]
+    kept += [each.content for each in (page.studio or Studio()).elements if isinstance(each.content, str)]
+    short = short_names({name: text for name, text in texts.items() if name not in OWN_NAMES}, "\n".join(kept))
+    return texts | short
 
 
 def _of_studio(element: Element, parts: Parts) -> str:

@@ -8,7 +8,7 @@ from ..codegen.printers.texels import TEXTURE_WIDTH, UNROLL
 from ..codegen.targets import orbit
 from ..codegen.targets.motion import PERIOD
 from ..codegen.targets.samples import BLOCK, PLENTY, POWER, SHARE, STEEPEST
-from ..codegen.targets.shader import FLOOR_BLOCK, LEAST_STEPS, LOOP_LIMIT
+from ..codegen.targets.shader import FLOOR_BLOCK, FRAME, LEAST_STEPS, LOOP_LIMIT
 from ..codegen.targets.uniforms import SHADINGS, UNIFORMS
 from ..field.cell_codes import EMPTY, OVERESTIMATE, REACH
 from ..field.cell_search import FIRST, MISSED
@@ -27,8 +27,8 @@ MANY, TOO_MANY = 100_000, 250_000
 second and the last take 5 and 21 seconds, in the background."""
 CELL_MOMENTS = 17
 """Number of grids for a moving model, evenly spaced in time."""
-PAGE_PASSES = ("near", "normals", "trace", "behind", "floor", "color")
-"""Passes of a frame, in the order of their compilation."""
+PAGE_FRAME = {step: name for step, name in FRAME.items() if name != "mask_unfinished"}
+"""The steps of a frame of the page, in order, and the pass that each draws."""
 
 
 def facts_json(facts: dict[str, Any], without: tuple[str, ...] = ()) -> str:
@@ -88,7 +88,7 @@ def facts_json(facts: dict[str, Any], without: tuple[str, ...] = ()) -> str:
             "block": BLOCK,
         },
         "period": PERIOD,
-        "passes": list(PAGE_PASSES),
+        "frame": PAGE_FRAME,
         "floor_block": FLOOR_BLOCK,
         "loop_limit": LOOP_LIMIT,
         "studio_evaluations": EVALUATIONS,

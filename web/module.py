@@ -29,9 +29,9 @@ NO_LITERALS = "const declareLiterals = () => [], straight = null;\n"
 """Stands for literal.js, since the module has its weights in a texture."""
 GIVEN = ("facts.js", "literal.js")
 """Scripts that the module has no use for: its facts stand in its text."""
-SHADERS = ("anywhere", "accumulate", "present", "contrast", "scatter", "scatter.vert", "sine", "half_width")
+SHADERS = ("single_pass", "accumulate", "present", "contrast", "scatter", "scatter.vert", "sine", "half_width")
 """Files in glsl/ with the shaders of the module."""
-UNREAD = ("shapes", "storages", "passes")
+UNREAD = ("shapes", "storages", "frame")
 """Constants that only pages read."""
 ROOTS = tuple(f"{name}.glsl" for name in (*SHADERS, "skip", "march"))
 """Files in glsl/ that scripts ask for."""

@@ -32,7 +32,7 @@ from ..model.model import Model
 from ..model.model_file import to_bytes
 from ..model.version import installed_version
 from .document import NO_PICTURE, Page, Studio, packed
-from .facts import PAGE_PASSES
+from .facts import PAGE_FRAME
 from .scene import scene_facts, texel_bytes
 from .weights import page_weights, short_weights
 
@@ -40,7 +40,10 @@ POSTER_SIDE = 160
 """Pixels along each side of the picture that the page shows before its first frame."""
 POSTER_QUALITY = 50
 """Quality of its WebP, from 0 to 100."""
-SHADERS = ("anywhere", *PAGE_PASSES, "accumulate", "present", "blocks.vert", "contrast", "scatter", "scatter.vert")
+SHADERS = (
+    *("single_pass", *dict.fromkeys(PAGE_FRAME.values()), "accumulate", "present"),
+    *("blocks.vert", "contrast", "scatter", "scatter.vert"),
+)
 """Files in glsl/ with the shaders of the page."""
 PROBES = 8
 """Largest number of points at which the page checks its field."""

@@ -40,7 +40,7 @@ __global__ void scale_adjoint(const float *adjoint, bool row, float lift, const 
 
 __global__ void enter_layered(Settings s, Hit *state) {
     int pixel = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
-    if (pixel < s.pixels()) state[pixel] = entering(s, s.direction(pixel));
+    if (pixel < s.pixels()) state[pixel] = start_ray(s, s.direction(pixel));
 }
 
 __global__ void place(Settings s, const Hit *state, float4 *points) {
@@ -73,7 +73,7 @@ __global__ void step_layered(Settings s, int phase, const float *values, Hit *st
         float f = value(1);
         int reached = 1;
         while (reached < phase && abs(f) < delta[reached - 1]) f += value(++reached);
-        advance(ray, f, reached, s, leaving(s, s.direction(pixel)));
+        plain_step(ray, f, reached, s, exit_distance(s, s.direction(pixel)));
         state[pixel] = ray;
     }
     if (active != nullptr && ray.level > 0) atomicAdd(active, 1);

@@ -37,7 +37,7 @@ class SceneLoops:
             *_lines("scene.glsl"),
         )
         if any(isinstance(leaf.part, Disc) for leaf in self._leaves):
-            yield from ("", *_lines("plate.glsl"))
+            yield from ("", *_lines("disk_distance.glsl"))
         yield from self._tables()
         for i, leaf in enumerate(self._leaves):
             yield from self._place(i, leaf)
@@ -128,7 +128,7 @@ class SceneLoops:
     }""".splitlines()
         for i, leaf in enumerate(self._leaves):
             if isinstance(leaf.part, Disc):
-                yield f"    d[{i}] = q[{i}].w * plate(q[{i}].xyz, {self._plate(leaf.part)}).w;"
+                yield f"    d[{i}] = q[{i}].w * disk_distance(q[{i}].xyz, {self._plate(leaf.part)}).w;"
         yield from """    float f = 0.;
     for (int k = 0; k < level; ++k) {
         if (k > 0 && abs(f) >= delta[k - 1]) break;
@@ -182,7 +182,7 @@ float field(vec3 p, int level, out int reached) {
         for i, leaf in enumerate(self._leaves):
             yield f"    s = slope[{i}];"
             if isinstance(leaf.part, Disc):
-                yield f"    s = plate(q[{i}].xyz, {self._plate(leaf.part)}).xyz;"
+                yield f"    s = disk_distance(q[{i}].xyz, {self._plate(leaf.part)}).xyz;"
             for place in reversed(leaf.places):
                 if place.angle != number(0):
                     yield f"    s = {self._rotated('s', place, back=False)};"

@@ -17,7 +17,7 @@ from ..printers.field import print_field
 from .few_cells import few_cells
 from .header import header_facts, header_line
 from .narrow_bands import narrow_bands, print_bands
-from .shader import PASSES, Shader
+from .shader import FRAME, MASKED, Shader
 from .uniforms import TIME, UNIFORMS, Uniform
 
 FURTHER = 0.05
@@ -58,9 +58,9 @@ def bake(
     as text, where these are short beside the rest. Raises UserError for the storage "packed", which only Shadertoy has.
     """
     program = lower(model, digits)
-    # Beside literal values, a gradient in loops over texels costs more than the values that a first look saves.
-    looks_first = passes and storage != "mixed" and program.composition is None
-    field = print_field(program, dialect.language, storage, nested=looks_first)
+    # Beside literal values, a gradient in loops over texels costs more than the values that Newton's step saves.
+    newton_first = passes and storage != "mixed" and program.composition is None
+    field = print_field(program, dialect.language, storage, nested=newton_first)
     # With the studio's gradients as literals too, software GL compiles for a minute.
     studio = print_field(program, dialect.language, "mixed") if passes and field.weights is None else field
     shader = Shader(
@@ -75,7 +75,7 @@ def bake(
         moving=program.moving,
         ground=round(lowest_point(program), 4),
         cells=Cells(program) if passes else None,
-        looks_first=looks_first,
+        newton_first=newton_first,
     )
     facts = header_facts(model, program, dialect.target) | shader.facts()
     body = glsl.load(main) if main.endswith(".glsl") else main
@@ -91,9 +91,9 @@ def bake(
         whole = replace(whole, text="\n".join([opening, field.text, body]), narrow=narrow)
         cells, few = few_cells(program, dialect.language, (1 + FURTHER) * length - len(with_weights(whole)))
         return replace(whole, text="\n".join([opening, field.text, cells + body]), few_cells=few)
-    opening += "#define CELLS\n" + ("#define FIRST_LOOK\n" if looks_first else "")
-    bodies = {name: glsl.load_numbered(f"{name}.glsl") for name in (*PASSES, "floor")}
-    texts = {name: "\n".join([opening, *[field.text] * PASSES[name], bodies[name][0]]) for name in PASSES}
+    opening += "#define CELLS\n" + ("#define NEWTON\n" if newton_first else "")
+    bodies = {name: glsl.load_numbered(f"{name}.glsl") for name in dict.fromkeys(FRAME.values())}
+    texts = {name: "\n".join([opening, *[field.text] * (name in MASKED), bodies[name][0]]) for name in bodies}
     texts["floor"] = "\n".join([opening, studio.text, bodies["floor"][0]])
     texts["color"] = "\n".join([opening + "#define WITHOUT_STUDIO", field.text, bodies["color"][0]])
     texts["studio"] = "\n".join([opening, studio.text, bodies["color"][0]])

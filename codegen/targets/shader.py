@@ -16,19 +16,35 @@ LEAST_STEPS = 3
 
 NumberedText = tuple[str, tuple[str, ...]]
 """A shader's text, and the files of glsl/ that its `#line` directives number (glsl.load_numbered)."""
-PASSES = {"near": False, "normals": True, "rest": False, "trace": True, "behind": False, "color": True}
-"""The passes of a frame (glsl/passes/near.glsl, ...), and whether each evaluates the field.
+FRAME = {
+    "near": "mask_near",
+    "newton": "gradient",
+    "untraced": "mask_unfinished",
+    "trace": "trace",
+    "hits": "mask_unfinished",
+    "normals": "gradient",
+    "floor": "floor",
+    "background": "draw_background",
+    "color": "color",
+}
+"""The steps of a frame, in order, and the pass that each draws (a file of glsl/passes/).
 
-They run in this order, except that "rest" and "normals" also follow "trace". A pass that evaluates the field draws only
-where the previous pass's depth lets it. Drivers test the depth before a fragment shader begins, so software drivers,
-which mask branches and do not skip them, draw a frame several times as fast.
+The viewer and the page draw them. "newton" and "untraced" are for rays that take Newton's step before they are traced
+(Shader.newton_first), "floor" for the shading studio. The page has other masks (glsl/passes/blocks.vert.glsl).
 """
 
-FIRST_LOOKS = 2
-"""Most first looks of "normals" at a ray before it is traced, where the CPU draws (viewer/draw/packing.py)."""
+MASKED = ("gradient", "trace", "color")
+"""The passes that evaluate the field: they draw only where the depth that an earlier step has written lets them.
+
+Drivers test the depth before a fragment shader begins, so software drivers, which mask branches and do not skip them,
+draw a frame several times as fast.
+"""
+
+NEWTON_STEPS = 2
+"""Most of Newton's steps of a ray before it is traced, where the CPU draws (viewer/draw/packing.py)."""
 
 FLOOR_BLOCK = BLOCK
-"""Side of the blocks, in pixels, at whose corners "floor" evaluates the light (glsl/passes/floor.glsl)."""
+"""Side of the blocks, in pixels, at whose corners the pass "floor" evaluates the light."""
 
 LISTS = {"value_loops": int, "gradient_loops": int, "iterations": int, "deltas": float}
 """Facts of a shader that are lists with a number for each level, and their types."""
@@ -59,16 +75,17 @@ class Shader:
     ground: float = -1.0
     """Default of the uniform `ground`: height of the shape's lowest point, model space."""
     passes: Mapping[str, NumberedText] | None = None
-    """The text of each pass in PASSES, for a renderer with depth buffers, and of "floor" and "studio". "studio"
-    replaces "color" for the shading studio."""
+    """The text of each pass of FRAME, for a renderer with depth buffers. "studio" replaces "color" for the shading
+    studio."""
     cells: Cells | None = None
     """The grids for the sampler `cells` of skip.glsl, for passes; None where rays skip nothing."""
     few_cells: Cells | None = None
     """The grid in the text of a shader in one file; None where it has none."""
     narrow: tuple[Grid, ...] = ()
     """The band widths in the text, a grid for each level before the last; empty where it has none."""
-    looks_first: bool = False
-    """Whether the pass "normals" may give rays a first look: a gradient there costs at most two values."""
+    newton_first: bool = False
+    """Whether rays may take Newton's step before they are traced: a gradient there takes at most twice the time of a
+    value."""
     files: tuple[str, ...] = ()
     """Files of glsl/ that `#line` directives in the text number (glsl.load_numbered)."""
 

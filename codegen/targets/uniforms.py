@@ -1,9 +1,9 @@
 """The table of uniforms: the inputs of a fragment shader, of the page and of CUDA.
 
 GLSL's declarations and the defaults of the page, CUDA and the window come from it. Single files in glsl/ declare
-further uniforms, which are 0 unless set: `plain` (base_color.glsl), `split` (worn_level.glsl, mesh.glsl), the grid of
-cells (skip.glsl), the results of earlier passes (`rays`, `normals`, `floor_light` with `floor_corner`), `first`
-(normals.glsl, traced.glsl), and the placement of a mesh (mesh.vert.glsl).
+further uniforms, which are 0 unless set: `plain` (base_color.glsl), `split` (normal_level_at.glsl, mesh.glsl), the
+grid of cells (skip.glsl), the results of earlier passes (`rays`, `normals`, `floor_light` with `floor_corner`),
+`newton` (gradient.glsl, trace_with_normal.glsl), and the placement of a mesh (mesh.vert.glsl).
 """
 
 from dataclasses import dataclass

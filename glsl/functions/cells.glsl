@@ -1,5 +1,5 @@
 // skip() by the grid of cells; skip.glsl explains it. Reads cell_code(), cell_count, cells_half, cells_hold().
-const int CELL_LOOKS = 512;
+const int CELL_READS = 512;
 const uint CELL_EMPTY = 8u;
 const float CELL_REACH = 1.1258330; // largest value, also of an empty cell
 const float CELL_CLOSE = 0.2; // pixels
@@ -17,17 +17,17 @@ float cell_layer(ivec3 low, vec3 share) {
 }
 
 // A number that is safe to divide by.
-float slanted(float along) { return along == 0.0 ? 0.000001 : along; }
+float nonzero(float along) { return along == 0.0 ? 0.000001 : along; }
 
-float skip(vec3 origin, vec3 direction, float t, float far, float footprint, float step_scale, inout vec2 before,
-           inout int looks) {
+float skip(vec3 origin, vec3 direction, float t, float far, float footprint, float step_scale, inout vec2 sphere,
+           inout int reads) {
     if (!cells_hold()) return t;
     float scale = 0.5 * float(cell_count) / cells_half; // cells per model unit
     vec3 start = scale * (origin + cells_half);
     vec3 along = scale * direction;
-    along = vec3(slanted(along.x), slanted(along.y), slanted(along.z));
-    while (looks < CELL_LOOKS && t <= far) {
-        ++looks;
+    along = vec3(nonzero(along.x), nonzero(along.y), nonzero(along.z));
+    while (reads < CELL_READS && t <= far) {
+        ++reads;
         vec3 place = start + t * along;
         ivec3 cell = clamp(ivec3(floor(place)), 0, cell_count - 1);
         uint code = cell_code(cell);
@@ -35,7 +35,7 @@ float skip(vec3 origin, vec3 direction, float t, float far, float footprint, flo
             float edge = float(1 << int(code));
             vec3 corner = edge * floor(vec3(cell) / edge);
             vec3 leaving = (corner + edge * step(0.0, along) - place) / along;
-            before = vec2(t, 0.0);
+            sphere = vec2(t, 0.0);
             t += max(min(leaving.x, min(leaving.y, leaving.z)), 0.0) + 0.001 / scale;
         } else {
             vec3 first = floor(place - 0.5);
@@ -43,7 +43,7 @@ float skip(vec3 origin, vec3 direction, float t, float far, float footprint, flo
             float value = mix(cell_layer(ivec3(first), share), cell_layer(ivec3(first) + ivec3(0, 0, 1), share), share.z);
             float free = step_scale * value / scale;
             if (free <= CELL_CLOSE * footprint * t) break;
-            before = vec2(t, free);
+            sphere = vec2(t, free);
             t += free;
         }
     }

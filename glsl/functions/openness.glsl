@@ -1,4 +1,4 @@
-#include "coarse.glsl"
+#include "coarse_field.glsl"
 // openness(): visible shares of the sky (x) and of the key light (y), each in [0, 1], from level 1 only; z: field of level 1
 // at p.
 // p: on the surface, or on the floor if `floored`, model space; normal, light (to the light): length 1; ground: height of
@@ -48,7 +48,7 @@ float sample_from(float t, float goal) {
 }
 
 // The least value of a cubic between two places `width` apart, from its values and its slopes there, < 0 and > 0.
-float dip(float width, float start, float end, float slope, float slope_end) {
+float cubic_minimum(float width, float start, float end, float slope, float slope_end) {
     float rise = end - start;
     float bend = 3.0 * rise - width * (2.0 * slope + slope_end);
     float twist = width * (slope + slope_end) - 2.0 * rise;
@@ -90,7 +90,7 @@ vec3 openness(vec3 p, vec3 normal, vec3 light, float ground, bool floored) {
             i = SKY_TAPS;
             continue;
         }
-        float f = coarse(q);
+        float f = coarse_field(q);
         if (i == 0) here = f;
         f -= here * max(1.0 - way / LIFT, 0.0);
         if (tap) {
@@ -108,7 +108,7 @@ vec3 openness(vec3 p, vec3 normal, vec3 light, float ground, bool floored) {
             float rise_before = (before.y - last_but_one.y) / width;
             slope = (rise * width + rise_before * (t - before.x)) / (t - last_but_one.x);
             if (slope_before < 0.0 && slope > 0.0)
-                cover = min(cover, dip(width, last_but_one.y, before.y, slope_before, slope));
+                cover = min(cover, cubic_minimum(width, last_but_one.y, before.y, slope_before, slope));
         }
         slope_before = slope;
         last_but_one = before;

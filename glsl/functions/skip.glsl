@@ -1,11 +1,11 @@
 // skip(): advances a ray by a grid of cells instead of the field; returns the new distance, at least t.
 // origin, direction: model space; t, far: current distance along the ray, and distance at which it leaves the ball.
-// footprint, step_scale: see march.glsl. before: distance of the last free sphere, and its radius; radius 0: none.
+// footprint, step_scale: see march.glsl. sphere: distance of the last free sphere, and its radius; radius 0: none.
 // The grid (field/cells.py) fills a cube around the origin. The texel of an empty cell, below CELL_EMPTY, is
 // log2 of the edge, in cells, of the largest aligned empty cube (power-of-2 edge and corners) that contains the cell. Other
 // texels encode values at the cells' centers, in cell edges. Interpolated, they never exceed the distance to the surface:
 // rays are sphere traced in them up to CELL_CLOSE pixels.
-// A ray reads the grid at most CELL_LOOKS times (cells.glsl); looks: number of reads so far.
+// A ray reads the grid at most CELL_READS times (cells.glsl); reads: number of reads so far.
 // NEAR: radius of a free sphere, in gaps, above which an over-relaxed step becomes plain (march.glsl). With a fine grid rays
 // take few steps, so plain steps cost little, and over-relaxation past spheres of over a pixel misses a few folds.
 // CELLS: the grid is a fine texture. FEW_CELLS: the grid is in the text above, 4 bits per cell, lowest bits first, 0 for an
@@ -36,8 +36,8 @@ bool cells_hold() { return level == LEVELS && delta[0] == CELLS_DELTA; }
 #ifdef CELLS
 #include "cells.glsl"
 #else
-float skip(vec3 origin, vec3 direction, float t, float far, float footprint, float step_scale, inout vec2 before,
-           inout int looks) {
+float skip(vec3 origin, vec3 direction, float t, float far, float footprint, float step_scale, inout vec2 sphere,
+           inout int reads) {
     return t;
 }
 #endif

@@ -5,6 +5,6 @@ uniform ivec2 corner;
 uniform bool covered; // alpha is the sample's coverage, not 1
 out vec4 light;
 void main() {
-    vec4 seen = texelFetch(tile, ivec2(gl_FragCoord.xy) - corner, 0);
-    light = vec4(linear(seen.rgb), covered ? seen.a : 1.0);
+    vec4 sampled = texelFetch(tile, ivec2(gl_FragCoord.xy) - corner, 0);
+    light = vec4(linear(sampled.rgb), covered ? sampled.a : 1.0);
 }

@@ -1,4 +1,4 @@
-#include "fragment.glsl"
+#include "pixel_color.glsl"
 void main() {
-    color = fragment(gl_FragCoord.xy + origin + jitter);
+    color = pixel_color(gl_FragCoord.xy + origin + jitter);
 }

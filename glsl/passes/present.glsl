@@ -20,8 +20,8 @@ vec2 earlier_place(vec2 pixel) {
     float t = -dot(eye, back) / min(dot(direction, back), -0.01);
     vec3 p = eye + t * direction;
     p -= BULGE * max(1.0 - dot(p, p), 0.0) * direction;
-    vec3 seen = (p - earlier[3].xyz) * mat3(earlier);
-    return 0.5 + 0.5 * focal * seen.xy / max(-seen.z, 0.01) * vec2(size.y / size.x, 1.0);
+    vec3 view = (p - earlier[3].xyz) * mat3(earlier);
+    return 0.5 + 0.5 * focal * view.xy / max(-view.z, 0.01) * vec2(size.y / size.x, 1.0);
 }
 
 void main() {

@@ -13,7 +13,7 @@ void main() {
     outward = turn * normal;
     tint = color;
     uv = vec2(place.x, 1.0 - place.y); // rows of images begin at the top
-    vec3 seen = transpose(mat3(camera)) * (at - camera[3].xyz);
-    gl_Position = vec4(focal * seen.x / aspect, focal * seen.y, -1.005 * seen.z - 0.1, -seen.z); // from 0.05 to 20 units
+    vec3 view = transpose(mat3(camera)) * (at - camera[3].xyz);
+    gl_Position = vec4(focal * view.x / aspect, focal * view.y, -1.005 * view.z - 0.1, -view.z); // from 0.05 to 20 units
     gl_PointSize = dot_size / gl_Position.w;
 }

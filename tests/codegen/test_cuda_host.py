@@ -177,8 +177,8 @@ def test_simple_draws_the_picture_of_glsl(fitted: Path, fitted_shader: Renderer,
 
 @pytest.fixture(scope="module")
 def fitted_shader(osmesa: Context) -> Renderer:
-    """The kernels take no first looks."""
-    return Renderer(osmesa, replace(bake(fitted_model(), passes=True), looks_first=False))
+    """The kernels take no Newton's steps first."""
+    return Renderer(osmesa, replace(bake(fitted_model(), passes=True), newton_first=False))
 
 
 @pytest.mark.parametrize("rounds", [32, 1])

@@ -9,7 +9,7 @@ import torch
 from numpy.typing import NDArray
 
 from mplicits.codegen.targets.glsl330 import bake
-from mplicits.codegen.targets.shader import FIRST_LOOKS, Shader
+from mplicits.codegen.targets.shader import NEWTON_STEPS, Shader
 from mplicits.field.cell_codes import EMPTY, interpolated
 from mplicits.field.cells import NEAR, NEAR_IN_FILE, Cells
 from mplicits.field.interpret import nested_field
@@ -144,22 +144,22 @@ def test_the_plain_march_in_numpy_takes_the_same_steps(
 
 
 def test_the_relaxed_march_in_numpy_takes_the_same_steps(osmesa: Context, in_passes: Shader, program: Program) -> None:
-    """The last level skips by the grid of cells and has first looks; level 1 has neither."""
+    """The last level skips by the grid of cells and takes Newton's steps; level 1 has neither."""
     renderer = Renderer(osmesa, in_passes)
     eye, directions, footprint = rays_of(VIEWS[0])
-    for level, cells, looks in ((1, None, 0), (2, in_passes.cells, FIRST_LOOKS)):
-        rays = march(program, eye, directions, level, footprint, schedule="relaxed", cells=cells, first_looks=looks)
+    for level, cells, looks in ((1, None, 0), (2, in_passes.cells, NEWTON_STEPS)):
+        rays = march(program, eye, directions, level, footprint, schedule="relaxed", cells=cells, newton_steps=looks)
         assert_same(rays, data(renderer, VIEWS[0], level=level))
     renderer.release()
 
 
-def test_first_looks_end_most_rays_within_a_twentieth_of_a_pixel(program: Program, in_passes: Shader) -> None:
+def test_newton_steps_end_most_rays_within_a_twentieth_of_a_pixel(program: Program, in_passes: Shader) -> None:
     eye, directions, footprint = rays_of(VIEWS[0], 512, every=8)
     relaxed = partial(march, program, eye, directions, 2, footprint, schedule="relaxed", cells=in_passes.cells)
-    without, looked = relaxed(), relaxed(first_looks=FIRST_LOOKS)
+    without, looked = relaxed(), relaxed(newton_steps=NEWTON_STEPS)
     assert np.array_equal(looked.hit, without.hit)
     assert sum(looked.evaluations) + 2 * 2 * looked.gradient_evaluations < sum(without.evaluations)
-    ended = looked.hit & (looked.steps <= FIRST_LOOKS)
+    ended = looked.hit & (looked.steps <= NEWTON_STEPS)
     assert ended.sum() > 0.5 * looked.hit.sum()
     points = (eye + looked.t[ended, None] * directions[ended]).astype(np.float32)
     assert (np.abs(nested_field(program, points, 2)[0]) < 0.05 * footprint * looked.t[ended]).all()

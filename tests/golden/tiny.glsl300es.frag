@@ -179,12 +179,12 @@ vec3 camera_ray(vec2 pixel, vec2 resolution, mat4 camera, float focal) {
 }
 // skip(): advances a ray by a grid of cells instead of the field; returns the new distance, at least t.
 // origin, direction: model space; t, far: current distance along the ray, and distance at which it leaves the ball.
-// footprint, step_scale: see march.glsl. before: distance of the last free sphere, and its radius; radius 0: none.
+// footprint, step_scale: see march.glsl. sphere: distance of the last free sphere, and its radius; radius 0: none.
 // The grid (field/cells.py) fills a cube around the origin. The texel of an empty cell, below CELL_EMPTY, is
 // log2 of the edge, in cells, of the largest aligned empty cube (power-of-2 edge and corners) that contains the cell. Other
 // texels encode values at the cells' centers, in cell edges. Interpolated, they never exceed the distance to the surface:
 // rays are sphere traced in them up to CELL_CLOSE pixels.
-// A ray reads the grid at most CELL_LOOKS times (cells.glsl); looks: number of reads so far.
+// A ray reads the grid at most CELL_READS times (cells.glsl); reads: number of reads so far.
 // NEAR: radius of a free sphere, in gaps, above which an over-relaxed step becomes plain (march.glsl). With a fine grid rays
 // take few steps, so plain steps cost little, and over-relaxation past spheres of over a pixel misses a few folds.
 // CELLS: the grid is a fine texture. FEW_CELLS: the grid is in the text above, 4 bits per cell, lowest bits first, 0 for an
@@ -214,7 +214,7 @@ bool cells_hold() { return level == LEVELS && delta[0] == CELLS_DELTA; }
 #endif
 #ifdef CELLS
 // skip() by the grid of cells; skip.glsl explains it. Reads cell_code(), cell_count, cells_half, cells_hold().
-const int CELL_LOOKS = 512;
+const int CELL_READS = 512;
 const uint CELL_EMPTY = 8u;
 const float CELL_REACH = 1.1258330; // largest value, also of an empty cell
 const float CELL_CLOSE = 0.2; // pixels
@@ -232,17 +232,17 @@ float cell_layer(ivec3 low, vec3 share) {
 }
 
 // A number that is safe to divide by.
-float slanted(float along) { return along == 0.0 ? 0.000001 : along; }
+float nonzero(float along) { return along == 0.0 ? 0.000001 : along; }
 
-float skip(vec3 origin, vec3 direction, float t, float far, float footprint, float step_scale, inout vec2 before,
-           inout int looks) {
+float skip(vec3 origin, vec3 direction, float t, float far, float footprint, float step_scale, inout vec2 sphere,
+           inout int reads) {
     if (!cells_hold()) return t;
     float scale = 0.5 * float(cell_count) / cells_half; // cells per model unit
     vec3 start = scale * (origin + cells_half);
     vec3 along = scale * direction;
-    along = vec3(slanted(along.x), slanted(along.y), slanted(along.z));
-    while (looks < CELL_LOOKS && t <= far) {
-        ++looks;
+    along = vec3(nonzero(along.x), nonzero(along.y), nonzero(along.z));
+    while (reads < CELL_READS && t <= far) {
+        ++reads;
         vec3 place = start + t * along;
         ivec3 cell = clamp(ivec3(floor(place)), 0, cell_count - 1);
         uint code = cell_code(cell);
@@ -250,7 +250,7 @@ float skip(vec3 origin, vec3 direction, float t, float far, float footprint, flo
             float edge = float(1 << int(code));
             vec3 corner = edge * floor(vec3(cell) / edge);
             vec3 leaving = (corner + edge * step(0.0, along) - place) / along;
-            before = vec2(t, 0.0);
+            sphere = vec2(t, 0.0);
             t += max(min(leaving.x, min(leaving.y, leaving.z)), 0.0) + 0.001 / scale;
         } else {
             vec3 first = floor(place - 0.5);
@@ -258,15 +258,15 @@ float skip(vec3 origin, vec3 direction, float t, float far, float footprint, flo
             float value = mix(cell_layer(ivec3(first), share), cell_layer(ivec3(first) + ivec3(0, 0, 1), share), share.z);
             float free = step_scale * value / scale;
             if (free <= CELL_CLOSE * footprint * t) break;
-            before = vec2(t, free);
+            sphere = vec2(t, free);
             t += free;
         }
     }
     return t;
 }
 #else
-float skip(vec3 origin, vec3 direction, float t, float far, float footprint, float step_scale, inout vec2 before,
-           inout int looks) {
+float skip(vec3 origin, vec3 direction, float t, float far, float footprint, float step_scale, inout vec2 sphere,
+           inout int reads) {
     return t;
 }
 #endif
@@ -304,8 +304,8 @@ const int SCHEDULE_RELAXED = 1;
 // SCHEDULE_PLAIN: a step is the free sphere's radius, and all rays pass through the levels together, so that branches on
 // the level are uniform on a GPU.
 // SCHEDULE_RELAXED: over-relaxed. skip() jumps over empty space, the finest level defined at a point takes the step, and
-// the step goes to where the surface is expected, but no farther than consecutive spheres overlap (stride()). Far from the
-// shape, the field may exceed the distance by a third and spheres may not be free: steps are plain there.
+// the step goes to where the surface is expected, but no farther than consecutive spheres overlap (relaxed_step()). Far
+// from the shape, the field may exceed the distance by a third and spheres may not be free: steps are plain there.
 const float STOP = 0.05; // pixels to the surface within which a ray stops
 const float FLATTEST = 0.1; // smallest slope along a ray that predicts how far the surface is
 const float STEEPEST = 4.0; // slope between a free sphere and a point inside, above which the sphere was not free
@@ -326,7 +326,7 @@ float free_radius(float f, float width, int reached, int level, float step_scale
 }
 
 // Moves a ray by a step, and sets whether it hits or ends.
-void move(inout Hit ray, float change, float f, int reached, int level, float pixel, float far) {
+void move_ray(inout Hit ray, float change, float f, int reached, int level, float pixel, float far) {
     bool last = reached == level;
     ray.t += change;
     ray.hit = last && f < 0.5 * pixel && ray.t <= far && ray.t >= 0.0;
@@ -335,17 +335,17 @@ void move(inout Hit ray, float change, float f, int reached, int level, float pi
 
 // One plain step of a ray at ray.level. f: field of `reached`, the finest level defined there; width: half-width of its
 // band.
-void advance(inout Hit ray, float f, float width, int reached, int level, float footprint, float far,
-             float step_scale) {
+void plain_step(inout Hit ray, float f, float width, int reached, int level, float footprint, float far,
+                float step_scale) {
     ++ray.steps;
     if (reached == ray.level && reached < level && abs(f) < width) {
         ++ray.level;
         return;
     }
-    move(ray, free_radius(f, width, reached, level, step_scale), f, reached, level, footprint * ray.t, far);
+    move_ray(ray, free_radius(f, width, reached, level, step_scale), f, reached, level, footprint * ray.t, far);
 }
 
-// One over-relaxed step. before: distance of the last free sphere along the ray, and its radius; radius 0: none.
+// One over-relaxed step. sphere: distance of the last free sphere along the ray, and its radius; radius 0: none.
 //
 // The radii of the last two spheres predict the surface. The step goes there, but no farther than 0.9 of the step after
 // which the predicted next sphere would be a pixel from this one. Before the first step, the last sphere is the grid's,
@@ -353,22 +353,22 @@ void advance(inout Hit ray, float f, float width, int reached, int level, float 
 // ray returns to the end of the last sphere (Keinert et al., Enhanced sphere tracing, 2014; Balint and Valasek,
 // Accelerating sphere tracing, 2018). Past the surface: false position between the last two points, even back beyond the
 // last sphere if the slope shows that it was not free, since the grid may be wrong.
-void stride(inout Hit ray, inout vec2 before, float f, float width, int reached, int level, float footprint,
-            float far, float step_scale) {
+void relaxed_step(inout Hit ray, inout vec2 sphere, float f, float width, int reached, int level, float footprint,
+                  float far, float step_scale) {
     ++ray.steps;
     float pixel = footprint * ray.t;
     float radius = free_radius(f, width, reached, level, step_scale);
-    float moved = ray.t - before.x;
+    float moved = ray.t - sphere.x;
     float gap = min(pixel, GAP);
-    bool known = before.y > 0.0 && moved > 0.0;
-    if (known && radius > 0.0 && moved > before.y + radius + gap && moved > 1.00001 * before.y) {
-        ray.t = before.x + before.y;
+    bool known = sphere.y > 0.0 && moved > 0.0;
+    if (known && radius > 0.0 && moved > sphere.y + radius + gap && moved > 1.00001 * sphere.y) {
+        ray.t = sphere.x + sphere.y;
         ray.hit = false;
         ray.level = 1;
-        before.y = 0.0;
+        sphere.y = 0.0;
         return;
     }
-    float slope = known ? (before.y - radius) / moved : 1.0;
+    float slope = known ? (sphere.y - radius) / moved : 1.0;
     float change = radius;
     if (known && radius < 0.0) {
         change = radius / min(slope, STEEPEST);
@@ -380,39 +380,39 @@ void stride(inout Hit ray, inout vec2 before, float f, float width, int reached,
             change = min(touching, radius / max(nearest, predicts ? FLATTEST : 0.5));
             change = max(change, radius);
         }
-        before = vec2(ray.t, radius);
+        sphere = vec2(ray.t, radius);
     }
-    move(ray, change, f, reached, level, pixel, far);
+    move_ray(ray, change, f, reached, level, pixel, far);
 }
 
 // Moves a ray, between two over-relaxed steps, past empty cells of the grid; ends it if only those are left.
-// looks: number of reads of the grid so far.
-void leave_out(inout Hit ray, inout vec2 before, inout int looks, vec3 origin, vec3 direction, float footprint,
-               float far, float step_scale) {
+// reads: number of reads of the grid so far.
+void skip_cells(inout Hit ray, inout vec2 sphere, inout int reads, vec3 origin, vec3 direction, float footprint,
+                float far, float step_scale) {
     if (ray.level == 1 && ray.t > 0.0) { // first check for an eye inside the shape
-        ray.t = skip(origin, direction, ray.t, far, footprint, step_scale, before, looks);
+        ray.t = skip(origin, direction, ray.t, far, footprint, step_scale, sphere, reads);
         if (ray.t > far) ray.level = ray.steps > 0 ? -1 : 0;
     }
 }
 
-// Traces a ray from its current point. far: where it leaves the ball; before: see stride(); once: take only one step.
-void march_on(inout Hit ray, inout vec2 before, vec3 origin, vec3 direction, float footprint, int level, int rounds,
-              float step_scale, int schedule, float far, bool once) {
-    int looks = 0;
+// Traces a ray from its current point. far: where it leaves the ball; sphere: see relaxed_step(); once: take only one step.
+void continue_march(inout Hit ray, inout vec2 sphere, vec3 origin, vec3 direction, float footprint, int level,
+                    int rounds, float step_scale, int schedule, float far, bool once) {
+    int reads = 0;
     bool relaxed = schedule == SCHEDULE_RELAXED;
     for (int round = 0; round < rounds && ray.level > 0; ++round) {
         for (int phase = relaxed ? level : 1; phase <= level; ++phase) {
             for (int i = 0; i < iterations[phase - 1] && (relaxed ? ray.level > 0 : ray.level == phase); ++i) {
                 if (relaxed) {
-                    leave_out(ray, before, looks, origin, direction, footprint, far, step_scale);
+                    skip_cells(ray, sphere, reads, origin, direction, footprint, far, step_scale);
                     if (ray.level <= 0) break;
                 }
                 int reached;
                 vec3 p = origin + ray.t * direction;
                 float f = field(p, phase, reached);
                 float width = half_width(p, reached);
-                if (relaxed) stride(ray, before, f, width, reached, level, footprint, far, step_scale);
-                else advance(ray, f, width, reached, level, footprint, far, step_scale);
+                if (relaxed) relaxed_step(ray, sphere, f, width, reached, level, footprint, far, step_scale);
+                else plain_step(ray, f, width, reached, level, footprint, far, step_scale);
                 if (once) return;
             }
         }
@@ -420,20 +420,20 @@ void march_on(inout Hit ray, inout vec2 before, vec3 origin, vec3 direction, flo
 }
 
 // Returns a ray at its entry into the ball; it has ended if it misses. span: distances (entry, exit).
-Hit entering(vec2 span) {
+Hit start_ray(vec2 span) {
     return Hit(false, max(span.x, 0.0), span.x < span.y && span.y > 0.0 ? 1 : 0, 0);
 }
 
 Hit march(vec3 origin, vec3 direction, float footprint, int level, int rounds, float step_scale, int schedule) {
     vec2 span = ball(origin, direction, 1.0 + delta[level - 1]);
-    Hit ray = entering(span);
-    vec2 before = vec2(0.0);
-    march_on(ray, before, origin, direction, footprint, level, rounds, step_scale, schedule, span.y, false);
+    Hit ray = start_ray(span);
+    vec2 sphere = vec2(0.0);
+    continue_march(ray, sphere, origin, direction, footprint, level, rounds, step_scale, schedule, span.y, false);
     return ray;
 }
-// to_floor(): distance along a ray to the studio's floor; -1 if the ray does not meet it from above.
+// floor_distance(): distance along a ray to the studio's floor; -1 if the ray does not meet it from above.
 // origin, direction: model space, direction of length 1; ground: height of the floor.
-float to_floor(vec3 origin, vec3 direction, float ground) {
+float floor_distance(vec3 origin, vec3 direction, float ground) {
     return direction.y < 0.0 && origin.y > ground ? (ground - origin.y) / direction.y : -1.0;
 }
 // heat(): color map of [0, 1], sRGB: black, violet, red, orange, pale yellow.
@@ -493,10 +493,10 @@ vec3 key_light(vec3 light, mat4 camera) {
     vec3 right = camera[0].xyz;
     return normalize(toward.x * right + vec3(0.0, max(toward.y, 0.35), 0.0) + toward.z * vec3(-right.z, 0.0, right.x));
 }
-// coarse(): level 1's field at any point p, model space. The network is trained in the unit ball, which contains the shape.
-// Outside, the distance is at least the hypotenuse of the distance to the ball and the field at the ball's nearest point,
+// coarse_field(): level 1's field at any point p, model space. The network is trained in the unit ball, which contains the
+// shape. Outside, the distance is at least the hypotenuse of the distance to the ball and the field at the ball's nearest point,
 // because the ball is convex.
-float coarse(vec3 p) {
+float coarse_field(vec3 p) {
     float far = sqrt(dot(p, p));
     int reached;
     float f = field(p / max(far, 1.0), 1, reached);
@@ -553,7 +553,7 @@ float sample_from(float t, float goal) {
 }
 
 // The least value of a cubic between two places `width` apart, from its values and its slopes there, < 0 and > 0.
-float dip(float width, float start, float end, float slope, float slope_end) {
+float cubic_minimum(float width, float start, float end, float slope, float slope_end) {
     float rise = end - start;
     float bend = 3.0 * rise - width * (2.0 * slope + slope_end);
     float twist = width * (slope + slope_end) - 2.0 * rise;
@@ -595,7 +595,7 @@ vec3 openness(vec3 p, vec3 normal, vec3 light, float ground, bool floored) {
             i = SKY_TAPS;
             continue;
         }
-        float f = coarse(q);
+        float f = coarse_field(q);
         if (i == 0) here = f;
         f -= here * max(1.0 - way / LIFT, 0.0);
         if (tap) {
@@ -613,7 +613,7 @@ vec3 openness(vec3 p, vec3 normal, vec3 light, float ground, bool floored) {
             float rise_before = (before.y - last_but_one.y) / width;
             slope = (rise * width + rise_before * (t - before.x)) / (t - last_but_one.x);
             if (slope_before < 0.0 && slope > 0.0)
-                cover = min(cover, dip(width, last_but_one.y, before.y, slope_before, slope));
+                cover = min(cover, cubic_minimum(width, last_but_one.y, before.y, slope_before, slope));
         }
         slope_before = slope;
         last_but_one = before;
@@ -687,12 +687,12 @@ uniform bool plain; // omits the model's colors
 vec3 base_color(vec3 p) {
     return plain ? vec3(0.80, 0.74, 0.66) : albedo(p);
 }
-// surface(): color, sRGB, of a pixel whose ray meets the surface or the studio's floor, in the mode `shading`.
+// surface_color(): color, sRGB, of a pixel whose ray meets the surface or the studio's floor, in the mode `shading`.
 // normal: of the surface; direction: of the ray; both length 1, model space. t: distance along the ray; steps: of march();
-// hit: whether the ray meets the surface, not the floor; behind: the background's color in this pixel, sRGB.
+// hit: whether the ray meets the surface, not the floor; backdrop: the background's color in this pixel, sRGB.
 // WITHOUT_STUDIO: the mode is not SHADE_STUDIO, which compiles longer than all others together. FLOOR_LIGHT:
-// floor_light.glsl has the openness of parts of the floor.
-vec3 surface(vec3 normal, vec3 direction, float t, int steps, bool hit, vec3 behind) {
+// floor_openness.glsl has the openness of parts of the floor.
+vec3 surface_color(vec3 normal, vec3 direction, float t, int steps, bool hit, vec3 backdrop) {
     vec3 eye = camera[3].xyz;
     vec3 p = eye + t * direction, albedo = vec3(0.0);
     if (hit) albedo = base_color(p);
@@ -704,47 +704,47 @@ vec3 surface(vec3 normal, vec3 direction, float t, int steps, bool hit, vec3 beh
         if (hit || !floor_openness(open))
 #endif
             open = openness(p, normal, toward, ground, !hit);
-        if (!hit) return srgb(floor_color(linear(behind), p, toward, open, eye.y - ground));
+        if (!hit) return srgb(floor_color(linear(backdrop), p, toward, open, eye.y - ground));
         return srgb(studio(linear(albedo), normal, -direction, toward, open, delta[0], p.y - ground));
     }
 #endif
     return shade(shading, normal, direction, t, length(eye), steps, albedo, normalize(mat3(camera) * light), camera[1].xyz);
 }
 
-// seen(): color of a traced ray. rgb is sRGB, a is 1 on the surface and 0 on the background.
+// ray_color(): color of a traced ray. rgb is sRGB, a is 1 on the surface and 0 on the background.
 // SHADE_DATA returns (t, steps, last level, hit) instead; level 0: the ray never came near the shape.
 // normal: of the surface; direction: of the ray; both length 1, model space. pixel: point of the image, pixels, origin
 // bottom left.
-vec4 seen(Hit ray, vec3 normal, vec3 direction, vec2 pixel) {
+vec4 ray_color(Hit ray, vec3 normal, vec3 direction, vec2 pixel) {
     // Never true. With a discard, llvmpipe compiles one variant of the shader instead of two.
     if (resolution.x < 0.0) discard;
     vec4 color = vec4(background(pixel, resolution, background_bottom, background_top), float(ray.hit));
-    float t = ray.hit || shading != SHADE_STUDIO ? ray.t : to_floor(camera[3].xyz, direction, ground);
+    float t = ray.hit || shading != SHADE_STUDIO ? ray.t : floor_distance(camera[3].xyz, direction, ground);
     if (ray.hit || shading == SHADE_STUDIO && t > 0.0)
-        color.rgb = surface(normal, direction, t, ray.steps, ray.hit, color.rgb);
+        color.rgb = surface_color(normal, direction, t, ray.steps, ray.hit, color.rgb);
     if (shading == SHADE_STEPS) color = vec4(heat(float(ray.steps) / 32.0), color.a);
     if (shading == SHADE_DATA) color = vec4(ray.t, float(ray.steps), float(abs(ray.level)), float(ray.hit));
     return color;
 }
 uniform float split; // share of the width, from the left, with the traced level's own normals
-// worn_level(): level whose gradient is the normal of a pixel; pixel: pixels, origin bottom left.
-int worn_level(vec2 pixel) {
+// normal_level_at(): level whose gradient is the normal of a pixel; pixel: pixels, origin bottom left.
+int normal_level_at(vec2 pixel) {
     return pixel.x < split * resolution.x ? level : normal_level;
 }
 // normal_at(): the surface's normal, length 1, at p, model space, where the ray of a pixel hits.
 // pixel: pixels, origin bottom left.
 vec3 normal_at(vec3 p, vec2 pixel) {
-    return normalize(field_gradient(p, worn_level(pixel)).xyz);
+    return normalize(field_gradient(p, normal_level_at(pixel)).xyz);
 }
 
-// fragment(): traces the ray through a point of the image, and returns seen(). pixel: pixels, origin bottom left.
-vec4 fragment(vec2 pixel) {
+// pixel_color(): traces the ray through a point of the image, and returns ray_color(). pixel: pixels, origin bottom left.
+vec4 pixel_color(vec2 pixel) {
     vec3 direction = camera_ray(pixel, resolution, camera, focal);
     Hit ray = march(camera[3].xyz, direction, 2.0 / (focal * resolution.y), level, rounds, step_scale, schedule);
     vec3 normal = vec3(0.0, 1.0, 0.0);
     if (ray.hit) normal = normal_at(camera[3].xyz + ray.t * direction, pixel);
-    return seen(ray, normal, direction, pixel);
+    return ray_color(ray, normal, direction, pixel);
 }
 void main() {
-    color = fragment(gl_FragCoord.xy + origin + jitter);
+    color = pixel_color(gl_FragCoord.xy + origin + jitter);
 }

@@ -1,4 +1,4 @@
-"""The openness of the floor between the corners of blocks of pixels, as floor_light.glsl interpolates it."""
+"""The openness of the floor between the corners of blocks of pixels, as floor_openness.glsl interpolates it."""
 
 import numpy as np
 from numpy.typing import NDArray

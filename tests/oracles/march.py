@@ -29,7 +29,7 @@ STEEPEST = 4.0
 GAP = 0.005
 """Largest gap between two free spheres, model units; the gap is a pixel where a pixel is smaller."""
 STEEP = 0.4
-"""Smallest slope of f along a ray at which a gradient step may end the ray (glsl/passes/normals.glsl)."""
+"""Smallest slope of f along a ray at which a gradient step may end the ray (glsl/passes/gradient.glsl)."""
 LAST = 0.5
 """Largest length of that step, pixels."""
 ROUND = 0.008
@@ -203,7 +203,7 @@ class Rays:
         slope: Doubles,
         settings: TraceSettings,
     ) -> None:
-        """Move rays by their first over-relaxed step, by Newton's where that reaches the surface (normals.glsl).
+        """Move rays by their first over-relaxed step, by Newton's where that reaches the surface (gradient.glsl).
 
         slope: (M,) of f along the rays, positive where f falls; other arguments as for `advance`.
         """
@@ -244,7 +244,7 @@ def march(
     schedule: str = "plain",
     cells: Cells | None = None,
     narrow: Sequence[Grid] = (),
-    first_looks: int = 0,
+    newton_steps: int = 0,
     near: float = NEAR,
     late: bool = False,
 ) -> Rays:
@@ -253,8 +253,8 @@ def march(
     origin: (3,); directions: (N, 3) of length 1, model space. footprint: width of a pixel at distance 1. rounds: passes
     through the levels; step_scale: factor on every step, beside the bound of each level. schedule: "plain" or
     "relaxed". cells: the grid that over-relaxed rays skip, if `level` is the last. narrow: from `narrow_widths`, for
-    the first levels. first_looks: number of over-relaxed steps that evaluate the gradient (normals.glsl). late:
-    whether one over-relaxed step precedes these (glsl/functions/traced.glsl).
+    the first levels. newton_steps: number of over-relaxed steps that evaluate the gradient (gradient.glsl). late:
+    whether one over-relaxed step precedes these (glsl/functions/trace_with_normal.glsl).
     """
     bounds = np.array([band.band_step_bound for band in program.bands])
     bounds[level - 1] = program.bands[level - 1].step_bound
@@ -295,7 +295,7 @@ def march(
     if late:
         step()
         lookups[:] = 0
-    for _ in range(first_looks):
+    for _ in range(newton_steps):
         skip_empty_cells()
         active = np.flatnonzero(rays.level > 0)
         gradients, _ = field_gradient(program, points_of(active), level)

@@ -86,7 +86,7 @@ def test_a_broken_mesh_is_reported(open_viewer: OpenViewer, tmp_path: Path) -> N
     ("name", "right", "mode"),
     [
         ("mesh.glsl", "vec3 eye = ", "faces"),
-        ("backdrop.glsl", "vec2 pixel = ", "faces"),
+        ("mesh_background.glsl", "vec2 pixel = ", "faces"),
         ("mesh.vert.glsl", "vec3 view = ", "edges"),
         ("background.glsl", "return ", "faces"),
     ],

@@ -72,24 +72,24 @@ def test_passes_draw_nearly_the_same_studio_floor_as_one_draw(both: tuple[Render
 
 
 @pytest.fixture(scope="module")
-def first_looks(osmesa: Context) -> Iterator[list[Renderer]]:
-    """Renderers of one model: with a first look and packed rays, with a first look, with neither."""
+def newton_steps(osmesa: Context) -> Iterator[list[Renderer]]:
+    """Renderers of one model: with Newton's step and packed rays, with Newton's step, with neither."""
     shader = bake(load(DEMO), "texture", passes=True)
-    assert shader.looks_first
+    assert shader.newton_first
     renderers = []
     for software, looks in ((True, True), (False, True), (False, False)):
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(Context, "software", software)
-            renderers.append(Renderer(osmesa, replace(shader, looks_first=looks)))
+            renderers.append(Renderer(osmesa, replace(shader, newton_first=looks)))
     yield renderers
     for renderer in renderers:
         renderer.release()
 
 
 @pytest.mark.parametrize(("shading", "samples"), [("phong", 4), ("studio", 1), ("data", 1)])
-def test_first_looks_and_packing_keep_the_picture(first_looks: list[Renderer], shading: str, samples: int) -> None:
+def test_newton_steps_and_packing_keep_the_picture(newton_steps: list[Renderer], shading: str, samples: int) -> None:
     options = RenderOptions(shade=shading, samples=samples)
-    pictures = [renderer.render(SIZE, CAMERA, options) for renderer in first_looks]
+    pictures = [renderer.render(SIZE, CAMERA, options) for renderer in newton_steps]
     *looked, plain = pictures
     assert plain[..., 3].mean() > 0.05
     for picture in looked:

@@ -61,7 +61,7 @@ def samples(browser: "Browser", folder: Path, storage: str, shading: str) -> NDA
 def test_rays_take_the_steps_of_the_reference(
     storage: str, late: bool, browser: "Browser", tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """In one draw, from a texture, a step precedes the first look; in passes, the first look comes first."""
+    """In one draw, from a texture, a step precedes Newton's; in passes, Newton's comes first."""
     monkeypatch.setitem(CELLS, "last", COUNT)
     drawn = samples(browser, tmp_path, storage, "data").reshape(-1, 4)
     program = lower(MODEL)
@@ -74,7 +74,7 @@ def test_rays_take_the_steps_of_the_reference(
         footprint,
         schedule="relaxed",
         cells=Cells(program, COUNT),
-        first_looks=1,
+        newton_steps=1,
         late=late,
     )
     hit = drawn[:, 3] > 0.5
@@ -87,7 +87,7 @@ def test_rays_take_the_steps_of_the_reference(
 def test_the_floor_around_the_shape_is_in_shade(
     browser: "Browser", osmesa: Context, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Rays that a first look has brought near the shape, and that then miss it."""
+    """Rays that Newton's step has brought near the shape, and that then miss it."""
     monkeypatch.setitem(CELLS, "last", COUNT)
     drawn = samples(browser, tmp_path, "texture", "studio")
     theirs = Renderer(osmesa, bake(MODEL)).render((SIDE, SIDE), CAMERA, RenderOptions(shade="studio"))

@@ -192,23 +192,23 @@ def test_the_page_sets_every_uniform_of_the_table(ask: Ask) -> None:
     for value, shading in enumerate(SHADINGS):
         values = ask("uniforms", {**options, "shading": shading, "background": [[0, 0, 0], [1, 1, 1]]})
         assert values["shading"] == value
-    names = {uniform.name for uniform in (*UNIFORMS, TIME)} | {"skips", "first"}
+    names = {uniform.name for uniform in (*UNIFORMS, TIME)} | {"skips", "newton"}
     assert set(values) == names - {"origin"}, "the painter sets a tile's origin"
     assert (values["step_bound"], values["band_step_bound"]) == ([0.9, 0.9], [0.7, 0.7])
     assert (values["rounds"], values["step_scale"]) == (*default("rounds"), list(default("step_scale")))
 
 
 @pytest.mark.parametrize(
-    ("level", "normals", "count", "skips", "first"),
+    ("level", "normals", "count", "skips", "newton"),
     [(2, None, 128, 1, 1), (2, 2, 128, 1, 1), (2, 1, 128, 1, 0), (1, 1, 128, 0, 0), (2, None, 0, 0, 0)],
 )
-def test_rays_have_a_first_look_where_the_grid_and_the_normals_are_of_the_last_level(
-    ask: Ask, level: int, normals: int | None, count: int, skips: int, first: int
+def test_rays_take_newton_s_step_where_the_grid_and_the_normals_are_of_the_last_level(
+    ask: Ask, level: int, normals: int | None, count: int, skips: int, newton: int
 ) -> None:
     options = {"level": level, "normalLevel": normals, "iterations": 1, "time": 0, "light": [0, 0, 1]}
     cells = {"count": count, "half": 1.1} if count else None
     values = ask("uniforms", {**options, "shading": "phong", "background": [[0, 0, 0], [1, 1, 1]], "cells": cells})
-    assert (values["skips"], values["first"]) == (skips, first)
+    assert (values["skips"], values["newton"]) == (skips, newton)
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""On the CPU, packs the few rays that need tracing after the first look into full blocks of pixels.
+"""On the CPU, packs the few rays that need tracing after Newton's step into full blocks of pixels.
 
 Software GL computes squares of pixels at once, each as slow as its slowest ray; unpacked, many squares hold one ray.
 """
@@ -9,7 +9,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ...codegen.targets.shader import FIRST_LOOKS
+from ...codegen.targets.shader import NEWTON_STEPS
 from .adaptive import from_blocks, into_blocks
 from .framebuffer import read_pixels, texture_of
 from .program import UNITS
@@ -18,7 +18,7 @@ from .tiles import TILE_SIDE
 
 Values = NDArray[np.float32]
 DrawPass = Callable[[str, moderngl.Framebuffer, bool], None]
-"""Draws the pass of a name into a framebuffer; the last argument is the uniform `first` of normals.glsl."""
+"""Draws the pass of a name into a framebuffer; the last argument is the uniform `newton` of gradient.glsl."""
 SIDE = TILE_SIDE
 """Side of the framebuffers, pixels."""
 
@@ -34,25 +34,25 @@ class Packing:
     def trace(self, points: Values, states: Values, level: int, draw_pass: DrawPass) -> tuple[Values, Values]:
         """Trace `level` along the rays through points (N, 2) of the picture, N > 0.
 
-        states: (N, 4), output of the first look (normals.glsl). draw_pass: draws with `scattered` set, and with the
+        states: (N, 4), output of gradient.glsl for Newton's step. draw_pass: draws with `scattered` set, and with the
         depth test of other passes, since drivers would compile again for another. The context must be current; UNITS
-        hold other textures afterwards. Returns the output of trace.glsl, (N, 4), and of normals.glsl, (N, 4).
+        hold other textures afterwards. Returns the output of trace.glsl, (N, 4), and of gradient.glsl, (N, 4).
         """
         if len(points) > SIDE**2:  # a tile with its border
             halves = zip(np.array_split(points, 2), np.array_split(states, 2), strict=True)
             traced = [self.trace(*half, level, draw_pass) for half in halves]
             return np.concatenate([rays for rays, _ in traced]), np.concatenate([normals for _, normals in traced])
         buffers = self._buffers
-        normals = self._draw("normals", points, buffers.rays, states, draw_pass, first=True).copy()
+        normals = self._draw("gradient", points, buffers.rays, states, draw_pass, newton=True).copy()
         rays = np.empty_like(normals)
-        rays[:] = 0, FIRST_LOOKS, level, 1
+        rays[:] = 0, NEWTON_STEPS, level, 1
         more = np.flatnonzero(normals[:, 3] < 0)
         if len(more):
             rays[more] = self._draw("trace", points[more], buffers.normals, normals[more], draw_pass)
             rays[more, 1] += 1
         hit = more[rays[more, 3] > 0.5]
         if len(hit):
-            normals[hit] = self._draw("normals", points[hit], buffers.rays, rays[hit], draw_pass)
+            normals[hit] = self._draw("gradient", points[hit], buffers.rays, rays[hit], draw_pass)
         return rays, normals
 
     def release(self) -> None:
@@ -66,7 +66,7 @@ class Packing:
         source: moderngl.Framebuffer,
         states: Values,
         draw_pass: DrawPass,
-        first: bool = False,
+        newton: bool = False,
     ) -> Values:
         """Write states (N, 4) to the framebuffer `source`, draw a pass into the other one, and return its output."""
         buffers = self._buffers
@@ -75,8 +75,8 @@ class Packing:
         height, width, _ = packed.shape
         region = 0, 0, width, height
         self._places.write(packed.tobytes(), region)
-        self._places.use(UNITS["places"])
+        self._places.use(UNITS["points"])
         texture_of(source).write(into_blocks(states, SIDE).tobytes(), region)
         buffers.use(region)
-        draw_pass(name, target, first)
+        draw_pass(name, target, newton)
         return from_blocks(read_pixels(target, (width, height)), len(points))

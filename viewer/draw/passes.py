@@ -1,29 +1,29 @@
-"""Draws a frame in passes, one program each; codegen/targets/shader.py lists them."""
+"""Draws a frame in passes, one program each; in the order of FRAME (codegen/targets/shader.py)."""
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ...codegen.targets.shader import FLOOR_BLOCK
+from ...codegen.targets.shader import FLOOR_BLOCK, FRAME, MASKED
 from .framebuffer import free, set_color_mask, texture_of
 from .packing import Packing
 from .program import UNITS, Program, write_all
 from .ray_buffers import RayBuffers
 from .tiles import TILE_SIDE, Tile
 
-ALWAYS, WHERE_NEAR = "1", "<="
-"""Depth tests; the depth buffer is the mask. ALWAYS: draw, and write the mask. WHERE_NEAR: draw only where it is 1."""
+ALWAYS, WHERE_SET = "1", "<="
+"""Depth tests; the depth buffer is the mask. ALWAYS: draw, and write the mask. WHERE_SET: draw only where it is 1."""
 
 
 class Passes:
     """Draws the passes in the context `gl`, and owns the textures between them."""
 
-    color_passes: tuple[str, ...]
-    """Names of the last passes: the studio's floor, if any, and the surface colors."""
+    color = "color"
+    """The pass of the step "color": "color" or "studio"."""
     level = 1
     """Level to trace."""
-    looks_first = False
-    """Whether rays take a first look before they are traced (glsl/passes/normals.glsl)."""
+    newton_first = False
+    """Whether rays take Newton's step before they are traced (glsl/passes/gradient.glsl)."""
     jitter: tuple[float, float] = (0.0, 0.0)
     """Offset of the samples from the pixel centers, pixels."""
     scattered: NDArray[np.float32] | None = None
@@ -32,7 +32,7 @@ class Passes:
     """The `scattered` points."""
 
     def __init__(self, gl: moderngl.Context, programs: dict[str, Program], packs: bool) -> None:
-        """programs: of each pass, by name. packs: trace the rays that a first look leaves as packing.py does."""
+        """programs: of each pass, by name. packs: trace the rays that Newton's step leaves as packing.py does."""
         self._gl, self._programs, self._packs = gl, programs, packs
         side = TILE_SIDE // 2  # a power of two, as in RayBuffers, and at least the number of blocks in a tile
         self._floor = gl.framebuffer([gl.texture((side, side), 4, dtype="f4")])
@@ -52,21 +52,15 @@ class Passes:
         gl.enable_only(moderngl.DEPTH_TEST)
         try:
             buffers.normals.clear(alpha=-1.0, viewport=region)  # clears the depth, too
-            self._draw("near", ALWAYS, buffers.rays)
-            if self.looks_first:
-                self._draw("normals", WHERE_NEAR, buffers.normals, first=True)
-            if self.looks_first and self._packs:
-                self._trace_packed(buffers, tile, region)
-            else:
-                if self.looks_first:
-                    self._draw("rest", ALWAYS, buffers.depth)
-                self._draw("trace", WHERE_NEAR, buffers.rays)
-                self._draw("rest", ALWAYS, buffers.depth)
-                self._draw("normals", WHERE_NEAR, buffers.normals)
-            if "floor" in self.color_passes and self.scattered is None:
-                self._draw_floor(tile)
-            self._draw("behind", ALWAYS, target)
-            self._draw(self.color_passes[-1], WHERE_NEAR, target)
+            for step in self._steps():
+                if step == "floor":
+                    self._draw_floor(tile)
+                elif step == "trace" and self._packs_now:
+                    self._trace_packed(buffers, tile, region)
+                else:
+                    name = FRAME[step]
+                    test, output = WHERE_SET if name in MASKED else ALWAYS, buffers.outputs.get(name, target)
+                    self._draw(self.color if step == "color" else name, test, output, newton=step == "newton")
         finally:
             gl.depth_func = "<"
             gl.enable_only(moderngl.NOTHING)
@@ -81,11 +75,24 @@ class Passes:
             if resource is not None:
                 resource.release()
 
+    @property
+    def _packs_now(self) -> bool:
+        return self._packs and self.newton_first
+
+    def _steps(self) -> list[str]:
+        """Return the steps of FRAME that the options need. Packed rays take several steps in "trace"."""
+        left_out = set() if self.newton_first else {"newton", "untraced"}
+        if self._packs_now:
+            left_out |= {"untraced", "hits", "normals"}
+        if self.color != "studio" or self.scattered is not None:
+            left_out.add("floor")
+        return [step for step in FRAME if step not in left_out]
+
     def _bind(self, buffers: RayBuffers, region: Tile) -> None:
         """Bind the textures that passes read, and restrict drawing to a region of the buffers."""
         buffers.use(region)
         # Always: software GL compiles shaders again if a texture is not bound.
-        self.places.use(UNITS["places"])
+        self.places.use(UNITS["points"])
         texture_of(self._floor).use(UNITS["floor_light"])
 
     def _draw_floor(self, tile: Tile) -> None:
@@ -98,7 +105,7 @@ class Passes:
         self._draw("floor", ALWAYS, self._floor)
 
     def _trace_packed(self, buffers: RayBuffers, tile: Tile, region: Tile) -> None:
-        """Pack and trace the rays of a tile that the first look has not finished."""
+        """Pack and trace the rays of a tile that Newton's step has not finished."""
         rays, normals = (values.copy() for values in buffers.read(region))
         unfinished = (rays[..., 3] > 0.5) & (normals[..., 3] < 0)
         if not unfinished.any():
@@ -109,7 +116,7 @@ class Passes:
             self._points(tile, unfinished),
             normals[unfinished],
             self.level,
-            lambda name, target, first: self._draw(name, WHERE_NEAR, target, first=first),
+            lambda name, target, newton: self._draw(name, WHERE_SET, target, newton=newton),
         )
         write_all(self._programs, {"scattered": self.scattered is not None})
         buffers.write(region, rays, normals)
@@ -123,9 +130,9 @@ class Passes:
         corner = np.add(tile[:2], self.jitter) + 0.5
         return np.asarray(np.stack([columns, rows], axis=1) + corner, np.float32)
 
-    def _draw(self, name: str, test: str, target: moderngl.Framebuffer, first: bool = False) -> None:
-        """Draw a pass into a framebuffer. test: ALWAYS or WHERE_NEAR; first: uniform of normals.glsl."""
+    def _draw(self, name: str, test: str, target: moderngl.Framebuffer, newton: bool = False) -> None:
+        """Draw a pass into a framebuffer. test: ALWAYS or WHERE_SET; newton: uniform of gradient.glsl."""
         target.use()
         self._gl.depth_func = test
-        self._programs[name].write({"first": first})
+        self._programs[name].write({"newton": newton})
         self._programs[name].draw(3)

@@ -12,13 +12,13 @@ from .camera import Camera
 from .compile import compile_program
 from .tiles import Tile
 
-UNITS = {"weights": 0, "cells": 1, "rays": 2, "places": 3, "normals": 4, "floor_light": 5}
+UNITS = {"weights": 0, "cells": 1, "rays": 2, "points": 3, "normals": 4, "floor_light": 5}
 """Texture unit of each sampler in glsl/."""
 OWN_UNIFORMS = (
     "plain",
     "split",
     "scattered",
-    "first",
+    "newton",
     "floor_corner",
     "cell_count",
     "cells_half",

@@ -29,7 +29,7 @@ class Rasterizer(Renderer):
     def __init__(self, context: Context, model: Model, mesh: Triangles, storage: str = "auto") -> None:
         self._mesh = mesh
         self._buffers: tuple[moderngl.Buffer, ...] = ()
-        self._backdrop = bake_numbered(model, storage, "backdrop.glsl")
+        self._backdrop = bake_numbered(model, storage, "mesh_background.glsl")
         super().__init__(context, bake_numbered(model, storage, "mesh.glsl"))
 
     def schedule(self, options: RenderOptions) -> tuple[tuple[int, ...], int]:

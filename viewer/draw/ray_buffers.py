@@ -15,24 +15,25 @@ class RayBuffers:
     """
 
     rays: moderngl.Framebuffer
-    """Output of near.glsl and trace.glsl."""
+    """Output of mask_near.glsl and trace.glsl."""
     normals: moderngl.Framebuffer
-    """Output of normals.glsl."""
-    depth: moderngl.Framebuffer
-    """For rest.glsl, which writes only depth."""
+    """Output of gradient.glsl."""
+    outputs: dict[str, moderngl.Framebuffer]
+    """The framebuffer of each pass that writes rays, normals, or only depth."""
 
     def __init__(self, gl: moderngl.Context, size: tuple[int, int]) -> None:
         """size: least (width, height)."""
         size = 1 << (size[0] - 1).bit_length(), 1 << (size[1] - 1).bit_length()
         self.rays = new_framebuffer(gl, size)
         self.normals = gl.framebuffer([gl.texture(size, 4, dtype="f4")], self.rays.depth_attachment)
-        self.depth = gl.framebuffer((), self.rays.depth_attachment)
+        depth = gl.framebuffer((), self.rays.depth_attachment)
+        self.outputs = {"mask_near": self.rays, "trace": self.rays, "gradient": self.normals, "mask_unfinished": depth}
 
     def use(self, region: Tile) -> None:
         """Bind the textures to UNITS, and restrict drawing to a region."""
         texture_of(self.rays).use(UNITS["rays"])
         texture_of(self.normals).use(UNITS["normals"])
-        for framebuffer in (self.rays, self.normals, self.depth):
+        for framebuffer in self.outputs.values():
             framebuffer.viewport = region
 
     def read(self, region: Tile) -> tuple[Image, Image]:
@@ -47,5 +48,5 @@ class RayBuffers:
     def release(self) -> None:
         texture_of(self.normals).release()
         self.normals.release()
-        self.depth.release()
+        self.outputs["mask_unfinished"].release()
         free(self.rays)

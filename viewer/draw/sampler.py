@@ -6,7 +6,7 @@ from collections.abc import Iterable
 import moderngl
 import numpy as np
 
-from ...codegen.targets.shader import PASSES, Shader
+from ...codegen.targets.shader import FRAME, Shader
 from ...codegen.targets.uniforms import SCHEDULES, SHADINGS
 from ...model.errors import UserError
 from .camera import Camera
@@ -19,6 +19,9 @@ from .options import RenderOptions
 from .passes import Passes
 from .program import UNITS, Program, picture_uniforms, tile_uniforms, write_all
 from .tiles import Tile
+
+_WITHOUT_COLOR = tuple(dict.fromkeys(FRAME[step] for step in FRAME if step not in ("floor", "color")))
+"""The passes of every shading."""
 
 
 class Sampler:
@@ -49,14 +52,14 @@ class Sampler:
         start = time.perf_counter()
         with context as gl:
             try:
-                self._compile(("main",) if shader.passes is None else (*tuple(PASSES)[:-1], *_color_passes(shading)))
+                self._compile(("main",) if shader.passes is None else (*_WITHOUT_COLOR, *_color_passes(shading)))
                 if shader.weights is not None:
                     self._weights = weight_texture(gl, shader.weights)
                 if shader.cells is not None:
                     self._cells = cell_texture(gl, shader.cells.grid())
                 if shader.passes is not None:
                     self._passes = Passes(gl, self._programs, packs=context.software)
-                    self._passes.color_passes = _color_passes(shading)
+                    self._passes.color = _color_passes(shading)[-1]
                 self.draw(self._target(gl, (1, 1)), (0, 0, 1, 1))
                 check_drawn(gl, context.renderer)
             except UserError:
@@ -93,11 +96,12 @@ class Sampler:
         size: (width, height) of the picture, pixels. jitter: offset of the sample from the pixel's center, pixels.
         """
         if (passes := self._passes) is not None:
-            passes.color_passes, passes.jitter = _color_passes(options.shade), jitter
-            self._compile(passes.color_passes)
+            names, passes.jitter = _color_passes(options.shade), jitter
+            self._compile(names)
+            passes.color = names[-1]
             passes.level, normal_level = options.resolved_levels(self.shader.levels)
-            passes.looks_first = passes.level == normal_level and options.schedule == "relaxed"
-            passes.looks_first &= self.shader.looks_first and self._uses_cells(options)
+            passes.newton_first = passes.level == normal_level and options.schedule == "relaxed"
+            passes.newton_first &= self.shader.newton_first and self._uses_cells(options)
         for program in self._programs.values():
             program.reset()
         self._load_cells(options.time)

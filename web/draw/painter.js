@@ -1,6 +1,6 @@
 import {FOCAL, matrix} from "./camera.js";
 import {Device} from "./device.js";
-import {Passes, PLACES_UNIT} from "./passes.js";
+import {Passes, POINTS_UNIT} from "./passes.js";
 import {packed, wanted} from "./samples.js";
 
 // Draws pictures tile by tile. The model's shaders draw one sample of each pixel to a small target, which is added to
@@ -153,7 +153,7 @@ export class Painter {
         const {gl} = this.device, {program, names} = this.scatter;
         gl.useProgram(program);
         gl.viewport(0, 0, picture.width, picture.height);
-        gl.uniform1i(names.places, PLACES_UNIT);
+        gl.uniform1i(names.points, POINTS_UNIT);
         gl.uniform1i(names.across, width);
         gl.uniform2f(names.size, picture.width, picture.height);
         this.blend(picture, share, () => gl.drawArrays(gl.POINTS, 0, width * height));

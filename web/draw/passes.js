@@ -1,28 +1,28 @@
 import {shared} from "../model/facts.js";
 import {gridOf} from "./cells.js";
 
-// Draws one sample of a rectangle of pixels with a variant's programs, pass after pass (glsl/passes/near.glsl, ...).
+// Draws one sample of a rectangle of pixels with a variant's programs, step after step (FRAME in codegen/targets/shader.py).
 const CELL_UNIT = 1; // texture unit of the grid of cells; unit 0 is the default
-export const PLACES_UNIT = 2; // texture unit of the positions of packed samples
-// Texture units of the passes' targets. rays: of near.glsl and trace.glsl; normals: of the first run of normals.glsl;
-// later: of the second run of normals.glsl, for the remaining rays; gate: the mask of a pass in blocks; floor_light: of floor.glsl.
-const READ_UNITS = {rays: 3, normals: 4, later: 5, gate: 6, floor_light: 7};
+export const POINTS_UNIT = 2; // texture unit of the points of packed samples
+// Texture units of the passes' targets. rays: of mask_near.glsl and trace.glsl; normals: of gradient.glsl before trace.glsl;
+// late_normals: of gradient.glsl after it; mask: of a pass in blocks; floor_light: of floor.glsl.
+const READ_UNITS = {rays: 3, normals: 4, late_normals: 5, mask: 6, floor_light: 7};
 const BLOCK = 2; // pixels along the side of a block (blocks.vert.glsl)
-const IN_BLOCKS = ["normals", "trace", "color"]; // passes that draw only where an earlier pass set the mask
+const IN_BLOCKS = ["gradient", "trace", "color"]; // passes that draw only where an earlier pass set the mask
 const PER_LEVEL = ["delta", "step_bound", "band_step_bound"]; // uniforms that are arrays of floats
 
 export class Passes {
     // target(): creates a target of the size of the largest rectangle.
     constructor(device, target) {
         const create = () => (device.float ? target() : null);
-        Object.assign(this, {device, cells: null, rays: create(), normals: create(), later: create(), floor: create()});
+        Object.assign(this, {device, cells: null, rays: create(), normals: create(), late: create(), floor: create()});
     }
 
     // Returns the names of a variant's passes. Literals are text without loops, which a CPU evaluates for every pixel:
-    // passes skip pixels that need no evaluation. A loop over texels skips itself; with a texture, glsl/functions/traced.glsl
+    // passes skip pixels that need no evaluation. A loop over texels skips itself; with a texture, glsl/functions/trace_with_normal.glsl
     // does all in one draw.
     names(storage) {
-        return this.rays && storage === "literal" ? shared.passes : ["anywhere"];
+        return this.rays && storage === "literal" ? [...new Set(Object.values(shared.frame))] : ["single_pass"];
     }
 
     // Whether a pass draws blocks of pixels with blocks.vert.glsl, only where an earlier pass set the mask.
@@ -30,9 +30,9 @@ export class Passes {
         return IN_BLOCKS.includes(name);
     }
 
-    // Returns the macros of a model's passes. A scene has no grid of cells and no first look.
+    // Returns the macros of a model's passes. A scene has no grid of cells, and its rays take no Newton's step first.
     defines({field}) {
-        return ["CELLS", "BLOCKS", ...(field ? [] : ["FIRST_LOOK"])].map((macro) => `#define ${macro}\n`).join("");
+        return ["CELLS", "BLOCKS", ...(field ? [] : ["NEWTON"])].map((macro) => `#define ${macro}\n`).join("");
     }
 
     // Sets the grids of cells by which the model's rays skip, or null.
@@ -52,30 +52,39 @@ export class Passes {
 
     // Draws a rectangle [column, row, width, height] of the target `tile`. values: of the uniforms; places: a texture.
     draw({programs, weights}, values, rectangle, {tile, places}) {
-        const {gl} = this.device, {rays, normals, later, cells} = this;
+        const {gl} = this.device, {rays, normals, late, cells} = this;
         // The current grid: a finer one may exist since `values` was computed.
         const grid = cells && values.skips ? {cell_count: cells.count, cells_half: [cells.half]} : {cell_count: 0};
-        const pass = (name, target, read = {}, more = {}) =>
-            this.pass(programs[name], {...values, ...grid, ...more}, target, rectangle, read);
+        const all = {...values, ...grid};
         this.setTime(values.time[0]);
         gl.activeTexture(gl.TEXTURE0 + CELL_UNIT);
         gl.bindTexture(gl.TEXTURE_3D, cells?.texture ?? null);
-        this.bind(PLACES_UNIT, places);
+        this.bind(POINTS_UNIT, places);
         this.bind(0, weights);
-        if (programs.anywhere) return pass("anywhere", tile);
-        const looks = values.first; // a first look writes a negative alpha for the rays that remain
-        const left = {wanted: [looks ? -1 : 1]}, near = looks ? rays : tile;
+        if (programs.single_pass) return this.pass(programs.single_pass, all, tile, rectangle, {});
+        const shading = shared.shadings[values.shading], isStudio = shading === "studio";
+        const {newton} = values; // Newton's step writes a negative alpha for the rays that remain
+        const left = {wanted: [newton ? -1 : 1]}, near = newton ? rays : tile;
+        // Step -> [target, textures that it reads, further uniforms]; steps that the options do not need are absent.
+        const steps = {
+            near: [near],
+            newton: newton && [normals, {rays, mask: rays}],
+            trace: [rays, {normals, mask: newton ? normals : near}, left],
+            normals: [late, {rays, mask: newton ? normals : rays}, {...left, newton: 0}],
+            background: [tile, {rays, normals}],
+            color: !["steps", "data"].includes(shading) && [
+                tile,
+                {rays, normals, late_normals: late, mask: rays, floor_light: this.floor},
+                {everywhere: Number(isStudio)},
+            ],
+        };
         this.clear([rays, normals], rectangle);
-        pass("near", near);
-        if (looks) pass("normals", normals, {rays, gate: rays});
-        pass("trace", rays, {normals, gate: looks ? normals : near}, left);
-        pass("normals", later, {rays, gate: looks ? normals : rays}, {...left, first: 0});
-        pass("behind", tile, {rays, normals});
-        const shading = shared.shadings[values.shading];
-        if (["steps", "data"].includes(shading)) return;
-        const isStudio = shading === "studio", more = {everywhere: Number(isStudio)};
-        if (isStudio && !values.scattered) more.floor_corner = this.drawFloor(programs.floor, values, rectangle);
-        pass("color", tile, {rays, normals, later, gate: rays, floor_light: this.floor}, more);
+        for (const [step, name] of Object.entries(shared.frame)) {
+            const [target, read = {}, more = {}] = steps[step] || [];
+            if (step === "floor" && isStudio && !values.scattered)
+                all.floor_corner = this.drawFloor(programs.floor, values, rectangle);
+            else if (target) this.pass(programs[name], {...all, ...more}, target, rectangle, read);
+        }
     }
 
     // Evaluates the studio's floor at the corners of a rectangle's blocks, and of the blocks around them. Returns the first
@@ -116,7 +125,7 @@ export class Passes {
             if (names[name]) gl.uniform1i(names[name], unit);
         }
         if (names.cells) gl.uniform1i(names.cells, CELL_UNIT);
-        if (names.places) gl.uniform1i(names.places, PLACES_UNIT);
+        if (names.points) gl.uniform1i(names.points, POINTS_UNIT);
         if (inBlocks) gl.uniform4i(names.viewport, column, row, width, height);
         for (const [name, value] of Object.entries({wanted: [1], everywhere: 0, ...values})) {
             const location = names[name];

@@ -10,8 +10,8 @@ export function uniforms({model, camera, options, cells}, loops, [width, height]
     const [level, normalLevel] = [options.level, options.normalLevel ?? options.level]
         .map((wanted) => Math.min(wanted, model.levels.length));
     const skips = Boolean(cells) && level === model.levels.length; // the grid is of the last level
-    const first = skips && level === normalLevel;
-    const {steps, rounds} = fitting(loops, level, normalLevel, stepsOf(model, options), defaults.rounds[0], first);
+    const newton = skips && level === normalLevel;
+    const {steps, rounds} = fitting(loops, level, normalLevel, stepsOf(model, options), defaults.rounds[0], newton);
     return {
         resolution: [width, height],
         jitter: jitter(k),
@@ -33,7 +33,7 @@ export function uniforms({model, camera, options, cells}, loops, [width, height]
         time: [options.time],
         schedule: defaults.schedule[0],
         skips: Number(skips), // the grid of cells (passes.js)
-        first: Number(first), // first look (normals.glsl, traced.glsl)
+        newton: Number(newton), // newton_step() before the trace (gradient.glsl, trace_with_normal.glsl)
     };
 }
 
@@ -47,13 +47,13 @@ export function stepsOf(model, options) {
 }
 
 // Reduces steps and rounds until llvmpipe's loop limit suffices, as schedule_that_fits in viewer/draw/loop_limit.py for
-// the relaxed schedule. If one round is too long, returns one round. first: whether rays have a first look.
-export function fitting(loops, level, normalLevel, steps, rounds, first = false) {
+// the relaxed schedule. If one round is too long, returns one round. newton: whether rays take newton_step() first.
+export function fitting(loops, level, normalLevel, steps, rounds, newton = false) {
     if (!loops) return {steps, rounds};
     const studio = shared.studio_evaluations * (1 + loops.value[0]) + 1;
-    const look = 6 + shared.cells.lookups + loops.value[level - 1] + loops.gradient[level - 1];
+    const newtonStep = 6 + shared.cells.lookups + loops.value[level - 1] + loops.gradient[level - 1];
     const once = 1 + studio + shared.cells.lookups + loops.gradient[normalLevel - 1] + loops.texture +
-        (first ? look : 0);
+        (newton ? newtonStep : 0);
     const round = () => 4 + steps[level - 1] * (2 + loops.value[level - 1]);
     const isTooLong = () => rounds * round() + once > shared.loop_limit;
     if (isTooLong())

@@ -125,8 +125,8 @@ export class Variants {
     async warm(variant) {
         const {painter, scene} = this;
         const coarse = withOptions(scene, {level: 1, normalLevel: 1, shading: "studio"}); // uses all passes
-        for (const first of [0, 1])
-            painter.draw(variant, {...uniforms(coarse, variant.loops, [1, 1]), first}, [0, 0], [1, 1]);
+        for (const newton of [0, 1])
+            painter.draw(variant, {...uniforms(coarse, variant.loops, [1, 1]), newton}, [0, 0], [1, 1]);
         await painter.device.done();
     }
 
@@ -152,7 +152,7 @@ export class Variants {
                 1,
             ]),
             schedule: 0,
-            first: 0,
+            newton: 0,
             rounds: 1,
             iterations: Array(levels).fill(1),
             step_scale: [1],

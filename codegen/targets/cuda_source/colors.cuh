@@ -4,7 +4,7 @@
 #include "march.glsl"
 #include "background.glsl"
 #include "shade.glsl"
-#include "to_floor.glsl"
+#include "floor_distance.glsl"
 #include "key_light.glsl"
 #include "openness.glsl"
 #include "studio.glsl"
@@ -15,7 +15,7 @@
 __device__ inline vec3 floor_or_background(const Settings &s, int pixel) {
     vec3 background_color = background(s.center(pixel), s.resolution, s.background_bottom, s.background_top);
     vec3 eye = s.eye(), direction = s.direction(pixel);
-    float t = to_floor(eye, direction, s.ground);
+    float t = floor_distance(eye, direction, s.ground);
     if (s.shading != SHADE_STUDIO || t <= 0.0f) return background_color;
     vec3 p = eye + t * direction, toward = key_light(s.light, s.camera);
     vec3 open = openness(p, vec3(0.0f, 1.0f, 0.0f), toward, s.ground, true);

@@ -16,9 +16,9 @@ __global__ void enter(Settings s, Rays rays) {
     Hit ray = {};
     if (inside) {
         vec3 direction = s.direction(pixel);
-        ray = entering(s, direction);
+        ray = start_ray(s, direction);
         Past past = {};
-        if (relaxed && s.rounds > 0) leave_out(ray, past, s, direction, leaving(s, direction));
+        if (relaxed && s.rounds > 0) skip_cells(ray, past, s, direction, exit_distance(s, direction));
         rays.state[pixel] = ray;
         rays.past[pixel] = past;
     }
@@ -149,7 +149,7 @@ __global__ void __launch_bounds__(THREADS) trace(Settings s, PackedNetworks netw
         if (live) {
             vec4 found = exchange[place];
             vec3 direction = s.direction(pixel);  // computed again: no register holds it meanwhile
-            go_on(ray, past, found.xyz.x, static_cast<int>(found.xyz.y), s, direction, leaving(s, direction));
+            take_step(ray, past, found.xyz.x, static_cast<int>(found.xyz.y), s, direction, exit_distance(s, direction));
             next = next_phase(ray, s);
             leaves = next != PHASE || ++step == iterations[PHASE - 1];
             if (leaves) {
@@ -183,7 +183,7 @@ __global__ void __launch_bounds__(Together::BLOCK) finish(Settings s, PackedNetw
             bool done = false;
             if (live) {
                 vec3 direction = s.direction(pixel);
-                go_on(ray, past, f, reached, s, direction, leaving(s, direction));
+                take_step(ray, past, f, reached, s, direction, exit_distance(s, direction));
                 int next = next_phase(ray, s);
                 if (next != phase || ++step == iterations[phase - 1]) {
                     now += next <= phase;

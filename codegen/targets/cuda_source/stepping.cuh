@@ -5,41 +5,41 @@
 // stepping.cuh: march() in parts, for `fused`, which takes one step of many rays at a time.
 static_assert(sizeof(Hit) == 16, "a ray's state is four words of memory");
 
-// State of a ray of the relaxed schedule between steps: see stride() and leave_out().
+// State of a ray of the relaxed schedule between steps: see relaxed_step() and skip_cells().
 struct alignas(16) Past {
-    vec2 before;
-    int looks;
+    vec2 sphere;
+    int reads;
 };
 
 // A ray before its first step: at its entry into the ball, or finished where it misses the ball. Without rounds, this
 // is the whole march.
-__device__ inline Hit entering(const Settings &s, vec3 direction) {
+__device__ inline Hit start_ray(const Settings &s, vec3 direction) {
     return march(s.eye(), direction, s.footprint(), s.level, 0, s.step_scale, SCHEDULE_PLAIN);
 }
 
 // Distance along a ray at which it leaves the ball.
-__device__ inline float leaving(const Settings &s, vec3 direction) {
+__device__ inline float exit_distance(const Settings &s, vec3 direction) {
     return ball(s.eye(), direction, 1.0f + delta[s.level - 1]).y;
 }
 
 // One plain step of a ray; f is the field, the value of level `reached`.
-__device__ inline void advance(Hit &ray, float f, int reached, const Settings &s, float far) {
-    advance(ray, f, delta[reached - 1], reached, s.level, s.footprint(), far, s.step_scale);
+__device__ inline void plain_step(Hit &ray, float f, int reached, const Settings &s, float far) {
+    plain_step(ray, f, delta[reached - 1], reached, s.level, s.footprint(), far, s.step_scale);
 }
 
 // Moves a ray of the relaxed schedule past empty cells of the grid.
-__device__ inline void leave_out(Hit &ray, Past &past, const Settings &s, vec3 direction, float far) {
-    leave_out(ray, past.before, past.looks, s.eye(), direction, s.footprint(), far, s.step_scale);
+__device__ inline void skip_cells(Hit &ray, Past &past, const Settings &s, vec3 direction, float far) {
+    skip_cells(ray, past.sphere, past.reads, s.eye(), direction, s.footprint(), far, s.step_scale);
 }
 
 // One step of a ray in its schedule, up to the next evaluation of the field.
-__device__ inline void go_on(Hit &ray, Past &past, float f, int reached, const Settings &s, vec3 direction, float far) {
+__device__ inline void take_step(Hit &ray, Past &past, float f, int reached, const Settings &s, vec3 direction, float far) {
     if (s.schedule == SCHEDULE_PLAIN) {
-        advance(ray, f, reached, s, far);
+        plain_step(ray, f, reached, s, far);
         return;
     }
-    stride(ray, past.before, f, delta[reached - 1], reached, s.level, s.footprint(), far, s.step_scale);
-    if (ray.steps < s.rounds * iterations[s.level - 1]) leave_out(ray, past, s, direction, far);
+    relaxed_step(ray, past.sphere, f, delta[reached - 1], reached, s.level, s.footprint(), far, s.step_scale);
+    if (ray.steps < s.rounds * iterations[s.level - 1]) skip_cells(ray, past, s, direction, far);
 }
 
 // The phase of a ray's next step; 0 or less where the ray is finished. Relaxed steps have only one phase, in which the

@@ -1,7 +1,7 @@
 #include "background.glsl"
 #include "camera_ray.glsl"
 #include "shadings.glsl"
-#include "to_floor.glsl"
+#include "floor_distance.glsl"
 #include "key_light.glsl"
 #include "openness.glsl"
 #include "floor_color.glsl"
@@ -13,7 +13,7 @@ void main() {
     color = vec4(background(pixel, resolution, background_bottom, background_top), 0.0);
     vec3 eye = camera[3].xyz;
     vec3 direction = camera_ray(pixel, resolution, camera, focal);
-    float t = to_floor(eye, direction, ground);
+    float t = floor_distance(eye, direction, ground);
     if (shading == SHADE_STUDIO && t > 0.0) {
         vec3 p = eye + t * direction, toward = key_light(light, camera);
         vec3 open = openness(p, vec3(0.0, 1.0, 0.0), toward, ground, true);

@@ -6,12 +6,12 @@
 #include "floor_color.glsl"
 #endif
 #include "base_color.glsl"
-// surface(): color, sRGB, of a pixel whose ray meets the surface or the studio's floor, in the mode `shading`.
+// surface_color(): color, sRGB, of a pixel whose ray meets the surface or the studio's floor, in the mode `shading`.
 // normal: of the surface; direction: of the ray; both length 1, model space. t: distance along the ray; steps: of march();
-// hit: whether the ray meets the surface, not the floor; behind: the background's color in this pixel, sRGB.
+// hit: whether the ray meets the surface, not the floor; backdrop: the background's color in this pixel, sRGB.
 // WITHOUT_STUDIO: the mode is not SHADE_STUDIO, which compiles longer than all others together. FLOOR_LIGHT:
-// floor_light.glsl has the openness of parts of the floor.
-vec3 surface(vec3 normal, vec3 direction, float t, int steps, bool hit, vec3 behind) {
+// floor_openness.glsl has the openness of parts of the floor.
+vec3 surface_color(vec3 normal, vec3 direction, float t, int steps, bool hit, vec3 backdrop) {
     vec3 eye = camera[3].xyz;
     vec3 p = eye + t * direction, albedo = vec3(0.0);
     if (hit) albedo = base_color(p);
@@ -23,7 +23,7 @@ vec3 surface(vec3 normal, vec3 direction, float t, int steps, bool hit, vec3 beh
         if (hit || !floor_openness(open))
 #endif
             open = openness(p, normal, toward, ground, !hit);
-        if (!hit) return srgb(floor_color(linear(behind), p, toward, open, eye.y - ground));
+        if (!hit) return srgb(floor_color(linear(backdrop), p, toward, open, eye.y - ground));
         return srgb(studio(linear(albedo), normal, -direction, toward, open, delta[0], p.y - ground));
     }
 #endif

@@ -1,5 +1,5 @@
-// plate(): gradient and value of the distance to a round plate below y = 0.
-vec4 plate(vec3 q, float radius, float half_thickness) {
+// disk_distance(): gradient and value of the distance to a round plate below y = 0.
+vec4 disk_distance(vec3 q, float radius, float half_thickness) {
     float around = length(q.xz), y = q.y + half_thickness;
     float beside = around - radius, above = abs(y) - half_thickness;
     vec2 out_of = max(vec2(beside, above), 0.);

@@ -1,5 +1,5 @@
-uniform sampler2D rays; // output of near.glsl and trace.glsl
-uniform sampler2D normals; // output of normals.glsl
+uniform sampler2D rays; // output of mask_near.glsl and trace.glsl
+uniform sampler2D normals; // output of gradient.glsl
 
 // Pass of a frame that writes only depth: 1 where a ray is near the shape or has hit, but has no normal yet; 0 elsewhere.
 void main() {
