@@ -64,7 +64,7 @@ def run_demo(command: DemoCommand, perform: Perform) -> None:
             print(f"mplicits: no window: {show(str(error))}", file=sys.stderr)
     make_folder(command.out_dir)
     picture, shader, page = (str(command.out_dir / f"demo.{suffix}") for suffix in ("png", "glsl", "html"))
-    announce(perform, "render", model, "--shade", "studio", "-o", picture)
+    announce(perform, "render", model, "--shade", "softbox", "-o", picture)
     announce(perform, "bake", model, "--target", "glsl330", "-o", shader)
     announce(perform, "bake", model, "--target", "html", "-o", page)
     print("picture, shader and web page:", *map(show, (picture, shader, page)), sep="\n  ")

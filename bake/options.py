@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..codegen.targets.uniforms import OPENING_SHADES
+from ..codegen.targets.uniforms import OLD_SHADES, OPENING_SHADES
 from ..model.bits import AUTOMATIC
 from ..model.options import Options, option
 from .registry import DEFAULT, TARGETS
@@ -52,6 +52,7 @@ class BakeOptions(Options):
         f"shading that the text opens in ({_OPENING}; default: {OPENING_SHADES[0]}, but phong in short texts of "
         "shadertoy)",
         choices=OPENING_SHADES,
+        old=OLD_SHADES,
     )
     with_march: bool = option(False, f"also write NAME_trace, which intersects a ray with the surface ({_MARCH})")
     studio: bool = option(False, f"let the page also train dropped meshes ({_STUDIO})")

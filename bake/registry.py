@@ -54,7 +54,7 @@ class Target:
 
         storage: "auto", or another storage of the target. digits: decimals of the weights; None for all. name: of the
         function; None for the model's name. space: "model" or "input", the space of the function's points; None for
-        model space. shade: initial shading; None for the studio, or for Phong in short texts of Shadertoy. studio:
+        model space. shade: initial shading; None for softbox, or for Phong in short texts of Shadertoy. studio:
         whether the page also trains dropped meshes. with_march: whether the text also has NAME_trace. Raises UserError
         where the target does not take the model or an option.
         """

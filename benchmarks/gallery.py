@@ -51,7 +51,7 @@ SCENE = Path("examples/pond.toml")
 """The scene on the page."""
 MOMENTS = (0.0, 0.25, 0.5, 0.75)
 """Times that its picture shows."""
-FRONT = (("spot", "studio"), ("bob", "studio"))
+FRONT = (("spot", "softbox"), ("bob", "softbox"))
 """(model, shading) of the pictures that stand side by side in docs/demo.png."""
 
 
@@ -59,7 +59,7 @@ def panels(levels: int) -> dict[str, RenderOptions]:
     """Return heading -> options of the pictures of a model with this number of levels."""
     all_levels = RenderOptions(samples=16, background=WHITE)
     return {
-        "all levels, in the studio": replace(all_levels, shade="studio"),
+        "all levels, in soft light": replace(all_levels, shade="softbox"),
         "the texture alone": replace(all_levels, shade="texture"),
         "level 1, same texture": replace(all_levels, shade="texture", level=1),
         "level 1, normals of the last": replace(all_levels, level=1, normal_level=levels),
@@ -115,7 +115,7 @@ def scene_lines(folder: Path, context: Context | None) -> list[str]:
     """Draw moments of the example scene, if there is a context, and return its section of the page."""
     model = compose(SCENE)
     if context is not None:
-        options = RenderOptions(samples=16, background=WHITE, shade="studio")
+        options = RenderOptions(samples=16, background=WHITE, shade="softbox")
         moments = strip(model, context, SIDE, [replace(options, time=time) for time in MOMENTS])
         save_png(folder / f"{model.name}.png", moments, model.name)
     page, toy = (len(TARGETS[target](model).encode()) for target in ("html", "shadertoy"))
@@ -155,7 +155,7 @@ def main() -> None:
         options.output,
         "# Gallery",
         "",
-        "![Spot and Bob in the studio's light](demo.png)",
+        "![Spot and Bob in soft light](demo.png)",
         "",
         "`view`, `render`, `bake`, `mesh` and `info` take these names in place of a model file:",
         "",

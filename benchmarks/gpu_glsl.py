@@ -30,16 +30,16 @@ def cases() -> list[Case]:
     """Return the frames to draw, the most valuable first."""
     if REHEARSAL:
         return [("spot-small", "auto", "phong", (64, 64)), ("spot-small", "texture", "phong", (64, 64))]
-    found: list[Case] = [("spot", "auto", "studio", size) for size in (HD, SMALL)]
+    found: list[Case] = [("spot", "auto", "softbox", size) for size in (HD, SMALL)]
     found += [
         (name, storage, "phong", SMALL)
         for name in ("spot-small", "spot", "two-128")
         for storage in ("literal", "texture")
     ]
     found += [(name, "texture", "phong", SMALL) for name in ("two-256", "siren")]  # literals compile for minutes
-    found += [(name, "auto", "studio", size) for name in ("spot-small", "spot-large") for size in (HD, SMALL)]
+    found += [(name, "auto", "softbox", size) for name in ("spot-small", "spot-large") for size in (HD, SMALL)]
     found += [("spot", "auto", "phong", size) for size in (HD, SMALL)]
-    return found + [(name, "auto", "studio", LARGE) for name in ("spot", "spot-small", "spot-large")]
+    return found + [(name, "auto", "softbox", LARGE) for name in ("spot", "spot-small", "spot-large")]
 
 
 def glsl(results: Results) -> None:
@@ -79,7 +79,7 @@ def glsl(results: Results) -> None:
     for painter in painters.values():
         painter.end()
     model, pixels = ("spot-small", "64") if REHEARSAL else ("spot", "1920x1080")
-    picture = ("--shade=studio", f"--size={pixels}", "--context=egl", "-o", results.folder / "spot.png")
+    picture = ("--shade=softbox", f"--size={pixels}", "--context=egl", "-o", results.folder / "spot.png")
     run(*MPLICITS, "render", model, *picture, timeout=max(5.0, end - time.monotonic()))
 
 
@@ -92,7 +92,7 @@ def cuda_frames(results: Results) -> None:
         results.add("errors", {"said": str(failed)})
         return
     for variant, frames in FRAMES.items():
-        view = ("--size", size, "--shade", "studio", "-o", results.folder / "spot-cuda.ppm")
+        view = ("--size", size, "--shade", "softbox", "-o", results.folder / "spot-cuda.ppm")
         count = 1 if REHEARSAL else frames
         done = run(program, *view, "--benchmark", "--variant", variant, "--frames", count, timeout=LIMIT / 4)
         if done.returncode:

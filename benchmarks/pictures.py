@@ -29,7 +29,7 @@ PATIENCE = 1_800_000
 """Most milliseconds of the page's picture."""
 VIEW = """
 from PIL import Image
-view.set(samples=16, shade="studio")
+view.set(samples=16, shade="softbox")
 view.look_from(FRONT)
 settle(500)
 Image.fromarray((255 * screen() + 0.5).astype(np.uint8)).save("view.png")

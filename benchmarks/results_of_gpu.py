@@ -116,7 +116,7 @@ def goals(stages: Stages) -> list[tuple[str, object, str]]:
         stages.get("machine", {}).get("results", {}).get("float32_tflops"),
     )
     for frame in drawn.get("frames", []):
-        if (frame["model"], frame["shade"], frame["height"], frame["storage"]) == ("spot", "studio", 1080, "auto"):
+        if (frame["model"], frame["shade"], frame["height"], frame["storage"]) == ("spot", "softbox", 1080, "auto"):
             wanted.append(("spot, studio, 1080p, GLSL, frames per second", frame["fps"], GOAL_STUDIO_FPS))
             if peak and share:
                 name = f"the same on a card of {SLOW_CARD_TFLOPS:g} TFLOP/s (extrapolated)"

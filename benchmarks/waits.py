@@ -30,7 +30,7 @@ COMMANDS = (
     "train spot.ply -o few.safetensors --steps 200 --preset small",
     "morph spot.ply bob.ply -o morph.safetensors --steps 1 --preset small",
     "render spot -o spot.png --force",
-    "render spot -o spot.png --force --shade studio",
+    "render spot -o spot.png --force --shade softbox",
     "render spot-large -o large.png --force",
     "render spot-to-bob -o moving.png --force",
     "render spot-to-bob -o moving.gif --frames 8 --size 160 --force",

@@ -1,4 +1,4 @@
-"""The lowest point of a model's surface, on which the studio's floor lies (glsl/functions/openness.glsl)."""
+"""The lowest point of a model's surface, where the floor lies (glsl/functions/openness.glsl)."""
 
 import numpy as np
 

@@ -19,7 +19,7 @@ NEAR = 0.1
 SKY, GROUND, KEY = np.array([[0.34, 0.38, 0.46], [0.16, 0.13, 0.12], [1.0, 0.96, 0.9]])
 """Colors of the light in glsl/functions/phong.glsl."""
 FLOOR_LIGHT, SKY_LIGHT, KEY_LIGHT = np.array([[0.30, 0.28, 0.26], [0.40, 0.43, 0.48], [1.0, 0.97, 0.92]])
-"""Colors of the light in glsl/functions/studio.glsl."""
+"""Colors of the light in glsl/functions/softbox.glsl."""
 
 Pixels = NDArray[np.float64]
 
@@ -39,7 +39,7 @@ def poster(
     basis: (3, 3), columns right, up and back of a camera that faces the
     origin from `distance`, model units. focal: distance of a picture plane from -1 to 1. light: (3,), direction to the
     light in the camera's axes. plain: (3,), sRGB color of a model without colors. side: pixels. shade: "phong", or
-    "studio", without its floor. Returns (side, side, 4), top row first: sRGB in [0, 1], and coverage.
+    "softbox", without its floor. Returns (side, side, 4), top row first: sRGB in [0, 1], and coverage.
     """
     program, evaluator = lower(model), Evaluator(model)
     level = _affordable(program)
@@ -58,8 +58,8 @@ def poster(
     colors = evaluator.color(points)
     albedo = to_linear(np.broadcast_to(plain, points.shape) if colors is None else colors)
     toward = light / np.linalg.norm(light)
-    if shade == "studio":
-        lit = _studio(program, points, albedo, normals, -directions[hit], _key_light(toward, basis))
+    if shade == "softbox":
+        lit = _softbox(program, points, albedo, normals, -directions[hit], _key_light(toward, basis))
     else:
         lit = _phong(albedo, normals, -directions[hit], basis @ toward, basis[:, 1])
     samples = np.zeros((len(directions), 4))
@@ -88,15 +88,15 @@ def _phong(albedo: Values, normal: Array, view: Pixels, light: Pixels, up: Pixel
 
 
 def _key_light(light: Pixels, basis: Pixels) -> Pixels:
-    """Return the direction to the studio's key light, model space (key_light.glsl). light: camera space."""
+    """Return the direction to the key light, model space (key_light.glsl). light: camera space."""
     right = basis[:, 0]
     toward = light[0] * right + np.array([0, max(light[1], 0.35), 0])
     toward = toward + light[2] * np.array([-right[2], 0, right[0]])
     return np.asarray(toward / np.linalg.norm(toward))
 
 
-def _studio(program: Program, points: Array, albedo: Values, normal: Array, view: Pixels, light: Pixels) -> Pixels:
-    """Shade points (N, 3) as glsl/functions/studio.glsl. albedo and result: (N, 3), linear light."""
+def _softbox(program: Program, points: Array, albedo: Values, normal: Array, view: Pixels, light: Pixels) -> Pixels:
+    """Shade points (N, 3) as glsl/functions/softbox.glsl. albedo and result: (N, 3), linear light."""
     ground = lowest_point(program)
     opened = openness(program, points.astype(np.float64), normal.astype(np.float64), light, ground, floored=False)
     sky = opened[:, 0] * np.clip(1 + 0.6 * opened[:, 2] / program.bands[0].delta, 0.5, 1)

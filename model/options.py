@@ -14,7 +14,8 @@ A subclass adds the options that only the command line has (positional arguments
 Python function has (plain fields).
 """
 
-from collections.abc import Callable, Sequence
+import sys
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, fields
 from functools import wraps
 from inspect import getdoc, signature
@@ -41,6 +42,8 @@ class Declaration:
     metavar: str | None = None
     """Placeholder of the value in `--help`."""
     choices: Sequence[str] = ()
+    old: Mapping[str, str] | None = None
+    """Earlier name of a choice -> its name; earlier names work, with a note."""
     least: float | None = None
     """Smallest number, or smallest number of a tuple."""
     above: float | None = None
@@ -80,6 +83,10 @@ class Options:
             self._take(each.name, each.type)
         for name, declared in declarations(type(self)).items():
             value, flag = getattr(self, name), flag_of(name)
+            if declared.old and value in declared.old:
+                print(f"mplicits: note: {flag} {value} is now {flag} {declared.old[value]}", file=sys.stderr)
+                value = declared.old[value]
+                object.__setattr__(self, name, value)
             if declared.choices and value is not None and value not in declared.choices:
                 raise UserError(f"{flag} {show(str(value))[:60]}: choose from {', '.join(declared.choices)}")
             for number in value if isinstance(value, (tuple, list)) else (value,):

@@ -85,7 +85,7 @@ def test_pages_show_the_numbers_and_the_goals(tmp_path: Path) -> None:
         row(siren, "plain", "fused", 100),
         row(largest, "plain", "fused", 300),
     ]
-    frame = {"model": "spot", "storage": "auto", "shade": "studio", "width": 1920, "height": 1080, "fps": 400.0}
+    frame = {"model": "spot", "storage": "auto", "shade": "softbox", "width": 1920, "height": 1080, "fps": 400.0}
     levels = [{"steps": 100, "mean_f": 2e-4, "angle": 7.0}]
     run = {"shape": "lucy", "preset": "base", "exit": 0, "levels": levels}
     first = {

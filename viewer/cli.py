@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..codegen.targets.uniforms import OLD_SHADES
 from ..model.endings import MESH_NAMES
 from ..model.errors import UserError
 from ..model.gallery import model_help, model_path
@@ -87,7 +88,7 @@ class ViewCommand(ViewerOptions):
 
     model: Path = argument("M", f"{model_help()}; or a shader that `bake --target glsl330` wrote (.glsl)", model_path)
     size: int | str | tuple[int, int] = option("1120x720", "pixels of the window, WxH or N", metavar="WxH")
-    shade: str = option("studio", "shading", choices=SHADES)
+    shade: str = option("softbox", "shading", choices=SHADES, old=OLD_SHADES)
     mesh: str | Path | None = option(
         None, f"mesh ({MESH_NAMES}) whose edges and faces the panel can show", metavar="LOW.ply"
     )

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from ..codegen.targets.orbit import AZIMUTH, ELEVATION, FOV
 from ..codegen.targets.samples import SHARE
+from ..codegen.targets.uniforms import OLD_SHADES, SHADING_PICTURES
 from ..model.endings import MESH_NAMES
 from ..model.errors import UserError
 from ..model.options import Options, option
@@ -16,8 +17,8 @@ from .draw.tiles import check_size
 if TYPE_CHECKING:
     from .draw.camera import Camera
 
-SHADES = ("phong", "studio", "normal", "texture", "depth", "steps")
-"""The shadings that are pictures, in the order of `--help`: all but "data"."""
+SHADES = tuple(shading.name for shading in SHADING_PICTURES)
+"""The shadings that are pictures: all but "data"."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,7 @@ class CameraOptions(Options):
 class ViewerOptions(RenderOptions, CameraOptions):
     """Options that `render` and `view` share."""
 
-    shade: str = option("phong", "shading", choices=SHADES)
+    shade: str = option("phong", "shading", choices=SHADES, old=OLD_SHADES)
     samples: int = option(
         16, "most rays of a pixel; pixels like their neighbors take one", metavar="N", least=1, most=256
     )

@@ -25,7 +25,7 @@ NUMBERS = {
     "WIDEST_LITERAL": "codegen.targets.function_target.WIDEST",
     "LONGEST_NAME": "codegen.targets.function_target.LONGEST_NAME",
     "WIDEST": "codegen.targets.shadertoy.WIDEST",
-    "STUDIO_SHARE": "codegen.targets.shadertoy_text.STUDIO_SHARE",
+    "SOFTBOX_SHARE": "codegen.targets.shadertoy_text.SOFTBOX_SHARE",
     "SAME": "readers.tidy.EQUAL",
     "HUGE": "trainer.shapes.checks.LARGEST",
     "FEWEST_POINTS": "trainer.shapes.checks.FEWEST",

@@ -9,7 +9,7 @@ from ..codegen.targets import orbit
 from ..codegen.targets.motion import PERIOD
 from ..codegen.targets.samples import BLOCK, PLENTY, POWER, SHARE, STEEPEST
 from ..codegen.targets.shader import FLOOR_BLOCK, FRAME, LEAST_STEPS, LOOP_LIMIT
-from ..codegen.targets.uniforms import SHADINGS, UNIFORMS
+from ..codegen.targets.uniforms import SHADING_PICTURES, SHADINGS, UNIFORMS
 from ..field.cell_codes import EMPTY, OVERESTIMATE, REACH
 from ..field.cell_search import FIRST, MISSED
 from ..field.cells import LOOKUPS
@@ -68,6 +68,8 @@ def facts_json(facts: dict[str, Any], without: tuple[str, ...] = ()) -> str:
         "plain": PLAIN,
         "defaults": {entry.name: entry.default for entry in UNIFORMS if isinstance(entry.default, tuple)},
         "shadings": SHADINGS,
+        "shading_labels": {shading.name: shading.label for shading in SHADING_PICTURES},
+        "shading_keys": {shading.key.lower(): shading.name for shading in SHADING_PICTURES},
         "cells": {
             "first": FIRST,
             "counts": CELLS,
@@ -91,7 +93,7 @@ def facts_json(facts: dict[str, Any], without: tuple[str, ...] = ()) -> str:
         "frame": PAGE_FRAME,
         "floor_block": FLOOR_BLOCK,
         "loop_limit": LOOP_LIMIT,
-        "studio_evaluations": EVALUATIONS,
+        "softbox_evaluations": EVALUATIONS,
         "least_steps": LEAST_STEPS,
         "camera": {
             "azimuth": orbit.AZIMUTH,

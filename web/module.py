@@ -10,7 +10,7 @@ from ..codegen.targets import fragment
 from ..codegen.targets.baked import Baked
 from ..codegen.targets.glsl300es import DIALECT
 from ..codegen.targets.header import header_facts, header_line
-from ..codegen.targets.uniforms import OPENING_SHADES
+from ..codegen.targets.uniforms import OLD_SHADES, OPENING_SHADES
 from ..field.lowest import lowest_point
 from ..ir.lower import lower
 from ..model.errors import UserError
@@ -31,7 +31,7 @@ GIVEN = ("facts.js", "literal.js")
 """Scripts that the module has no use for: its facts stand in its text."""
 SHADERS = ("single_pass", "accumulate", "present", "contrast", "scatter", "scatter.vert", "sine", "half_width")
 """Files in glsl/ with the shaders of the module."""
-UNREAD = ("shapes", "storages", "frame")
+UNREAD = ("shapes", "storages", "frame", "shading_labels", "shading_keys")
 """Constants that only pages read."""
 ROOTS = tuple(f"{name}.glsl" for name in (*SHADERS, "skip", "march"))
 """Files in glsl/ that scripts ask for."""
@@ -90,7 +90,7 @@ def _baked(
     scripts = NO_LITERALS + script(tuple(name for name in modules(*ENTRIES) if name not in GIVEN))
     code = minified(f"{scripts}return {names};")
     shaders = short_names(_shaders(prologue), code + facts_json(facts))
-    facts |= {"weights": base64.b64encode(data).decode(), "shaders": shaders}
+    facts |= {"old_shades": OLD_SHADES, "weights": base64.b64encode(data).decode(), "shaders": shaders}
     lines = [
         header_line(header),
         f"const facts = {facts_json(facts, UNREAD)}, {{shared}} = facts;",

@@ -144,7 +144,7 @@ def model_bytes(model: Model) -> bytes:
 def poster_pixels(model: Model, side: int, shade: str = "phong") -> NDArray[np.uint8]:
     """Draw the first view of the page at time 0: (side, side, 4) uint8, sRGB and coverage, top row first.
 
-    shade: one of OPENING_SHADES; the studio has no floor here.
+    shade: one of OPENING_SHADES; softbox has no floor here.
     """
     azimuth, elevation = model.front or (orbit.AZIMUTH, orbit.ELEVATION)
     focal = 1 / math.tan(math.radians(orbit.FOV) / 2)

@@ -15,12 +15,12 @@ QUALITY = 85
 
 
 def preview(model: Model) -> bytes:
-    """Draw the first view of a model's page, in the studio's light before the page's dark background, as a JPEG."""
+    """Draw the first view of a model's page, in soft light before the page's dark background, as a JPEG."""
     from PIL import Image
 
     width, height = PREVIEW
     picture = Image.fromarray(_background(width, height)).convert("RGBA")
-    shape = Image.fromarray(page.poster_pixels(model, height, "studio"))
+    shape = Image.fromarray(page.poster_pixels(model, height, "softbox"))
     picture.alpha_composite(shape, ((width - shape.width) // 2, (height - shape.height) // 2))
     data = io.BytesIO()
     picture.convert("RGB").save(data, "JPEG", quality=QUALITY, optimize=True, comment=MARK.encode())

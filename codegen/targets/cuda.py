@@ -149,7 +149,7 @@ def _head(model: Model, program: Program) -> list[str]:
         *opening,
         "// Variants: simple, one thread per ray, float32; fused, tiles of rays on the tensor cores. In order:",
         "// check, vectors, uniforms, camera_ray, settings, the field, networks, shade, arguments, grid, cells,",
-        "// half_width, march, background, floor_distance, key_light, openness, studio, floor_color, colors, simple,",
+        "// half_width, march, background, floor_distance, key_light, openness, softbox, floor_color, colors, simple,",
         "// stepping, mma, packed, team, tile, adjoint, queues, fused, picture, unpack, benchmark, main. Of these,",
         "// camera_ray, shade, cells, half_width, march, background, and all from floor_distance to floor_color, are",
         "// functions of the GLSL targets.",

@@ -61,14 +61,14 @@ def bake(
     # Beside literal values, a gradient in loops over texels costs more than the values that Newton's step saves.
     newton_first = passes and storage != "mixed" and program.composition is None
     field = print_field(program, dialect.language, storage, nested=newton_first)
-    # With the studio's gradients as literals too, software GL compiles for a minute.
-    studio = print_field(program, dialect.language, "mixed") if passes and field.weights is None else field
+    # With the gradients of the shading softbox as literals too, software GL compiles for a minute.
+    soft = print_field(program, dialect.language, "mixed") if passes and field.weights is None else field
     shader = Shader(
         text="",
-        weights=studio.weights,
+        weights=soft.weights,
         value_loops=field.value_loops,
-        gradient_loops=studio.gradient_loops,
-        texture_loops=studio.texture_loops,
+        gradient_loops=soft.gradient_loops,
+        texture_loops=soft.texture_loops,
         iterations=tuple(band.iterations for band in program.bands),
         deltas=tuple(band.delta for band in program.bands),
         textured=program.colored,
@@ -79,14 +79,14 @@ def bake(
     )
     facts = header_facts(model, program, dialect.target) | shader.facts()
     body = glsl.load(main) if main.endswith(".glsl") else main
-    opening = prologue(facts, program, dialect, studio.weights, shader.ground)
+    opening = prologue(facts, program, dialect, soft.weights, shader.ground)
     whole = replace(shader, text="\n".join([opening, field.text, body]))
     if not traces:
         return whole
     if not passes:
         length = len(with_weights(whole))
         if narrow := narrow_bands(program, length):
-            opening = prologue(facts, program, dialect, studio.weights, shader.ground, narrow)
+            opening = prologue(facts, program, dialect, soft.weights, shader.ground, narrow)
             field = print_field(program, dialect.language, storage, narrow=True)
         whole = replace(whole, text="\n".join([opening, field.text, body]), narrow=narrow)
         cells, few = few_cells(program, dialect.language, (1 + FURTHER) * length - len(with_weights(whole)))
@@ -94,10 +94,10 @@ def bake(
     opening += "#define CELLS\n" + ("#define NEWTON\n" if newton_first else "")
     bodies = {name: glsl.load_numbered(f"{name}.glsl") for name in dict.fromkeys(FRAME.values())}
     texts = {name: "\n".join([opening, *[field.text] * (name in MASKED), bodies[name][0]]) for name in bodies}
-    texts["floor"] = "\n".join([opening, studio.text, bodies["floor"][0]])
-    texts["color"] = "\n".join([opening + "#define WITHOUT_STUDIO", field.text, bodies["color"][0]])
-    texts["studio"] = "\n".join([opening, studio.text, bodies["color"][0]])
-    files = {name: bodies["color" if name == "studio" else name][1] for name in texts}
+    texts["floor"] = "\n".join([opening, soft.text, bodies["floor"][0]])
+    texts["color"] = "\n".join([opening + "#define WITHOUT_SOFTBOX", field.text, bodies["color"][0]])
+    texts["softbox"] = "\n".join([opening, soft.text, bodies["color"][0]])
+    files = {name: bodies["color" if name == "softbox" else name][1] for name in texts}
     return replace(whole, passes={name: (text, files[name]) for name, text in texts.items()})
 
 

@@ -30,7 +30,7 @@ FRAME = {
 """The steps of a frame, in order, and the pass that each draws (a file of glsl/passes/).
 
 The viewer and the page draw them. "newton" and "untraced" are for rays that take Newton's step before they are traced
-(Shader.newton_first), "floor" for the shading studio. The page has other masks (glsl/passes/blocks.vert.glsl).
+(Shader.newton_first), "floor" for the shading softbox. The page has other masks (glsl/passes/blocks.vert.glsl).
 """
 
 MASKED = ("gradient", "trace", "color")
@@ -75,8 +75,8 @@ class Shader:
     ground: float = -1.0
     """Default of the uniform `ground`: height of the shape's lowest point, model space."""
     passes: Mapping[str, NumberedText] | None = None
-    """The text of each pass of FRAME, for a renderer with depth buffers. "studio" replaces "color" for the shading
-    studio."""
+    """The text of each pass of FRAME, for a renderer with depth buffers. "softbox" replaces "color" for the
+    shading softbox."""
     cells: Cells | None = None
     """The grids for the sampler `cells` of skip.glsl, for passes; None where rays skip nothing."""
     few_cells: Cells | None = None
@@ -132,8 +132,8 @@ class Shader:
             phases = [(steps, loops + 1) for steps, loops in phases[-1:]]
             skips = LOOKUPS
         one_round = sum(1 + steps * (1 + loops) + 1 for steps, loops in phases) + 2
-        studio = EVALUATIONS * (1 + self.value_loops[0]) + 1
-        return rounds * one_round + skips + studio + 1 + self.gradient_loops[normal_level - 1] + self.texture_loops
+        softbox = EVALUATIONS * (1 + self.value_loops[0]) + 1
+        return rounds * one_round + skips + softbox + 1 + self.gradient_loops[normal_level - 1] + self.texture_loops
 
 
 def _list(value: object) -> list[object]:

@@ -40,8 +40,8 @@ class Emitted:
 def baked(model: Model, storage: str = "auto", digits: int | None = None, shade: str | None = None) -> Baked:
     """Return the text of a model, and how far its weights are rounded.
 
-    storage, digits: see `emitted`. shade: "studio" (with a setting for Phong); "phong" (without the studio); None for
-    the studio where it adds at most STUDIO_SHARE. Raises UserError for a model that is too wide, or another storage.
+    storage, digits: see `emitted`. shade: "softbox" (with a setting for Phong); "phong" (without the softbox); None for
+    the softbox where it adds at most SOFTBOX_SHARE. Raises UserError for a model that is too wide, or another storage.
     """
     chosen = emitted(model, storage, digits)
     return Baked(shader_text(chosen.program, model, chosen.storage, chosen.further, shade), chosen.rounding)

@@ -39,10 +39,10 @@ NARROW = ((8, 930, 0.03), (4, 270, 0.02))
 """Grids of narrow bands, the best first: cells along an edge, characters, largest share in the text."""
 NARROWEST = 0.0025
 """Least half-width of a narrow band, model units: rays of a picture of 360 pixels end inside the band."""
-STUDIO_SHARE = 0.05
-"""Largest share of the studio in the text without it. Shorter texts have only Phong shading."""
-STUDIO = re.compile(r"(?ms)^#ifdef STUDIO\n(.*?)(?:^#else\n(.*?))?^#endif\n")
-"""Lines of glsl/functions/shadertoy.glsl with the studio, and the lines in their place without it."""
+SOFTBOX_SHARE = 0.05
+"""Largest share of the softbox in the text without it. Shorter texts have only Phong shading."""
+SOFTBOX = re.compile(r"(?ms)^#ifdef SOFTBOX\n(.*?)(?:^#else\n(.*?))?^#endif\n")
+"""Lines of glsl/functions/shadertoy.glsl with the softbox, and the lines in their place without it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,10 +78,10 @@ def shader_text(
     header = header_line(header_facts(model, program, "shadertoy") | further)
     weights = _weights(program, storage)
 
-    def text(studio: bool, saved: Savings) -> str:
-        field = _field(program, studio, saved.narrow)
-        body = [*_globals(program, studio), *weights, *field, _main(program, studio, saved.planes)]
-        settings = _settings(program, model.front, studio)
+    def text(softbox: bool, saved: Savings) -> str:
+        field = _field(program, softbox, saved.narrow)
+        body = [*_globals(program, softbox), *weights, *field, _main(program, softbox, saved.planes)]
+        settings = _settings(program, model.front, softbox)
         return "\n".join([header, *_head(model), *settings, _squeezed("\n".join(body))])
 
     saved = savings(program, len(text(False, Savings())))
@@ -89,7 +89,7 @@ def shader_text(
     if shade == "phong":
         return plain
     lit = text(True, saved)
-    return lit if shade == "studio" or len(lit) <= (1 + STUDIO_SHARE) * len(plain) else plain
+    return lit if shade == "softbox" or len(lit) <= (1 + SOFTBOX_SHARE) * len(plain) else plain
 
 
 def weights_text(program: Program, storage: type[Storage]) -> str:
@@ -107,8 +107,8 @@ def _weights(program: Program, storage: type[Storage]) -> list[str]:
     return lines
 
 
-def _main(program: Program, studio: bool, planes: NDArray[np.float64] | None) -> str:
-    """Return mainImage(), and the planes that it reads. studio: with the studio's lines; planes: see `Savings`."""
+def _main(program: Program, softbox: bool, planes: NDArray[np.float64] | None) -> str:
+    """Return mainImage(), and the planes that it reads. softbox: with the softbox's lines; planes: see `Savings`."""
     time = "TIME" if program.moving else "1"
     albedo = "COLOR"
     if program.colored:
@@ -121,8 +121,8 @@ def _main(program: Program, studio: bool, planes: NDArray[np.float64] | None) ->
         places = ",".join(map(_short, planes.ravel()))
         declaration = f"const float[{planes.size}] H = float[]({places});\n"
         enter += _without_comments("enter_hull.glsl")
-    text = STUDIO.sub(lambda lines: lines[1] if studio else lines[2] or "", _without_comments("shadertoy.glsl"))
-    if "STUDIO\n" in text:
+    text = SOFTBOX.sub(lambda lines: lines[1] if softbox else lines[2] or "", _without_comments("shadertoy.glsl"))
+    if "SOFTBOX\n" in text:
         raise ValueError("shadertoy.glsl has an #ifdef of another form")
     for placeholder, replacement in {
         ", 1));": f", {time}));",
@@ -136,13 +136,13 @@ def _main(program: Program, studio: bool, planes: NDArray[np.float64] | None) ->
     return declaration + text
 
 
-def _globals(program: Program, studio: bool) -> list[str]:
+def _globals(program: Program, softbox: bool) -> list[str]:
     """Return the declarations before field().
 
-    k: the tap; J: the level at the ray's end point. The studio has constants, too.
+    k: the tap; J: the level at the ray's end point. The softbox has constants, too.
     """
     variables = "int k = -1, J;" if len(program.bands) > 1 else "int k = -1;"
-    if not studio:
+    if not softbox:
         return [variables]
     floor = LANGUAGE.number(round(lowest_point(program), 4))
     return [variables, f"const float G = {floor}, Y = {_short(program.bands[0].delta)};"]
@@ -157,7 +157,7 @@ def _head(model: Model) -> list[str]:
     ]
 
 
-def _settings(program: Program, front: tuple[float, float] | None, studio: bool) -> list[str]:
+def _settings(program: Program, front: tuple[float, float] | None, softbox: bool) -> list[str]:
     """Return the settings, as #defines."""
     color = (
         "COLOR(c) c // color of the surface, sRGB; c: the model's"
@@ -175,7 +175,7 @@ def _settings(program: Program, front: tuple[float, float] | None, studio: bool)
         f"BOTTOM {_vector(default('background_bottom'))} // background, sRGB",
         f"TOP {_vector(default('background_top'))}",
         *motion,
-        *(["STUDIO 1 // a floor, soft shadows, sky light; 0: Phong"] if studio else []),
+        *(["SOFTBOX 1 // a floor, soft shadows, sky light; 0: Phong"] if softbox else []),
         *level,
         f"STEPS {STEPS} // most evaluations of the field on a ray",
         "AA 1 // 2: 2 x 2 samples per pixel",
@@ -183,20 +183,20 @@ def _settings(program: Program, front: tuple[float, float] | None, studio: bool)
     return [f"#define {setting}" for setting in settings]
 
 
-def _field(program: Program, studio: bool, narrow: Grid | None) -> list[str]:
+def _field(program: Program, softbox: bool, narrow: Grid | None) -> list[str]:
     """Return field() up to LEVEL (Eq. 3); nothing for a single level, whose network is field() itself.
 
     Outside a band it returns the distance to the band's offset surface. The taps of a normal take the levels and the
-    band of the ray's end point: a step of the field between two taps would be a blot. The studio's taps take level 1.
+    band of the ray's end point: a step of the field between two taps would be a blot. The softbox's taps take level 1.
     A scene's albedo() follows. narrow: see `Savings`; V is the band's half-width.
     """
     if program.composition is not None:
-        return _scene(program, studio)
+        return _scene(program, softbox)
     if len(program.values) == 1:
         return []
     lines = [] if narrow is None else [_widths(narrow), "float V;"]
     lines += ["float field(vec4 p) {", f"    float f = {program.values[0].name}(p);"]
-    lines += ["    if (k > 3) return f;"] if studio else []
+    lines += ["    if (k > 3) return f;"] if softbox else []
     for i, (function, band) in enumerate(zip(program.values[1:], program.bands, strict=False), start=2):
         width, offset, cell, here = _short(band.delta), _short(band.delta / DELTA_FACTOR), [], ""
         if i == 2 and narrow is not None:
@@ -221,7 +221,7 @@ def _widths(narrow: Grid) -> str:
     return f"const int[{len(numbers)}] Q = int[]({','.join(numbers)});"
 
 
-def _scene(program: Program, studio: bool) -> list[str]:
+def _scene(program: Program, softbox: bool) -> list[str]:
     """Return field() and albedo() of a scene."""
 
     def at_point(level: str | None, deltas: Sequence[Number] | None = None) -> tuple[Writer, SceneAtPoint]:
@@ -229,7 +229,7 @@ def _scene(program: Program, studio: bool) -> list[str]:
         return writer, SceneAtPoint(program, writer, (Scalar("p.x"), Scalar("p.y"), Scalar("p.z")), level, deltas)
 
     several = len(program.bands) > 1
-    level = "(k < 0 ? LEVEL : k < 4 ? J : 1)" if studio else "(k < 0 ? LEVEL : J)"
+    level = "(k < 0 ? LEVEL : k < 4 ? J : 1)" if softbox else "(k < 0 ? LEVEL : J)"
     widths = [Scalar(f"(k < 0 ? {LANGUAGE.number(band.delta)} : 9.)") for band in program.bands[:-1]]
     writer, scene = at_point(level if several else None, widths)
     value = scene.outside_bands()

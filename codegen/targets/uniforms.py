@@ -8,11 +8,38 @@ grid of cells (skip.glsl), the results of earlier passes (`rays`, `normals`, `fl
 
 from dataclasses import dataclass
 
-SHADINGS = ("phong", "normal", "depth", "steps", "texture", "studio", "data")
-"""Shading modes; the index is the value of the uniform `shading` (glsl/functions/shadings.glsl)."""
 
-OPENING_SHADES = ("studio", "phong")
+@dataclass(frozen=True)
+class Shading:
+    """A shading mode, whose color glsl/functions/shade.glsl computes."""
+
+    name: str
+    """For `--shade` and uniforms; in capitals, after SHADE_, that of its value in glsl/functions/shadings.glsl."""
+    label: str = ""
+    """On the page's button and in lists of keys; "" for raw data, which is no picture."""
+    key: str = ""
+    """In the window; in small letters, in the page. s saves a picture in both."""
+
+
+SHADING_TABLE = (
+    Shading("phong", "Phong", "P"),
+    Shading("normal", "Normals", "N"),
+    Shading("depth", "Depth", "D"),
+    Shading("steps", "Steps", "X"),
+    Shading("texture", "Texture", "T"),
+    Shading("softbox", "Softbox", "G"),
+    Shading("data"),
+)
+"""The index is the value of the uniform `shading`."""
+
+SHADINGS = tuple(shading.name for shading in SHADING_TABLE)
+SHADING_PICTURES = tuple(shading for shading in SHADING_TABLE if shading.label)
+
+OPENING_SHADES = ("softbox", "phong")
 """Shading modes that a page or a text of Shadertoy may open in; the first one by default."""
+
+OLD_SHADES = {"studio": "softbox"}
+"""Earlier name -> name; the next version drops it."""
 
 SCHEDULES = ("plain", "relaxed")
 """Schedules of sphere tracing; the index is the value of the uniform `schedule` (glsl/functions/schedules.glsl)."""
@@ -79,9 +106,9 @@ UNIFORMS = (
         "int",
         "shading",
         (0,),
-        "0 Phong, 1 normal, 2 depth, 3 steps, 4 texture, 5 studio, 6 data: (t, steps, level, hit)",
+        ", ".join(f"{i} {name}" for i, name in enumerate(SHADINGS)) + ": (t, steps, level, hit)",
     ),
-    Uniform("float", "ground", GROUND, "height of the floor of shading 5, model space, y up"),
+    Uniform("float", "ground", GROUND, "height of the floor of the shading softbox, model space, y up"),
     Uniform("vec3", "light", (-0.5, 0.7, 0.8), "direction to the light, camera space"),
     Uniform("vec3", "background_bottom", (0.13, 0.14, 0.17), "sRGB"),
     Uniform("vec3", "background_top", (0.33, 0.36, 0.41), "sRGB"),

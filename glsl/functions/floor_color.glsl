@@ -1,4 +1,4 @@
-// floor_color(): the studio's floor, linear light: the backdrop's color times the visible key light and sky, so that floor
+// floor_color(): the floor, linear light: the backdrop's color times the visible key light and sky, so that floor
 // and backdrop blend. On a dark backdrop, the key light makes a bright pool.
 // backdrop: linear; p: on the floor, model space; light: to the key light, length 1; open: openness(); above: height of
 // the eye above the floor, model units; the floor is invisible from below.

@@ -1,4 +1,4 @@
-// key_light(): direction to the studio's key light, length 1, model space. The light follows the camera only around the y
+// key_light(): direction to the key light, length 1, model space. The light follows the camera only around the y
 // axis, so that shadows stay when the camera tilts, and stays above the floor.
 // light: the uniform; camera: columns right, up, back, eye.
 vec3 key_light(vec3 light, mat4 camera) {

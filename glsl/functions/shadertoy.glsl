@@ -9,7 +9,7 @@
 // the shape's ball or hull, whose text replaces ENTER.
 // Steps are as in march.glsl: p: radius of the last free sphere, 0: none; d: distance from its center; s: slope; g: allowed
 // gap; b: the step (tests/oracles/short_march.py).
-// STUDIO: studio.glsl and floor_color.glsl in few characters; short texts omit them. A ray that misses continues to the
+// SOFTBOX: softbox.glsl and floor_color.glsl in few characters; short texts omit them. A ray that misses continues to the
 // floor (h is 0 then). Then follow openness.glsl's samples of level 1 from the ray's end point: tap 4 at the point, 5 to 9
 // for the sky, from 10 on toward the light. W: their distance from the point; x: their position; g: its distance from the
 // origin. A: occlusion of the sky, later its visible share; C: cover, later the light's visible share; F: `here`; p and S:
@@ -23,8 +23,8 @@ void mainImage(out vec4 o, vec2 q) {
     c = cos(a);
     mat3 m = mat3(c.x, 0, -s.x, -s.y * s.x, c.y, -s.y * c.x, c.y * s.x, s.y, c.y * c.x);
     vec3 l = m * normalize(LIGHT);
-#ifdef STUDIO
-    if (STUDIO > 0) {
+#ifdef SOFTBOX
+    if (SOFTBOX > 0) {
         l = normalize(LIGHT);
         l = normalize(vec3(l.x * c.x + l.z * s.x, max(l.y, .35), l.z * c.x - l.x * s.x));
     }
@@ -36,12 +36,12 @@ void mainImage(out vec4 o, vec2 q) {
         float t = 0., h, p = 0., d = 1., s, f, g, b;
         ENTER
         k = -1;
-#ifdef STUDIO
+#ifdef SOFTBOX
         float A = -1., C = 1., F = 0., W, S;
-        for (int i = min(iFrame, 0); i < STEPS && k < 4 + 26 * STUDIO; i++) {
+        for (int i = min(iFrame, 0); i < STEPS && k < 4 + 26 * SOFTBOX; i++) {
             if (k < 0 && t >= h) {
                 t = (G - 3.52 * m[2].y) / v.y;
-                if (STUDIO < 1 || t < 0.) break;
+                if (SOFTBOX < 1 || t < 0.) break;
                 n.y = 1.;
                 h = A = 0.;
                 e = 3.52 * m[2] + t * v + .7 * n;
@@ -53,7 +53,7 @@ void mainImage(out vec4 o, vec2 q) {
         for (int i = min(iFrame, 0); i < STEPS && k < 4 && t < h; i++) {
 #endif
             e = k < 0 ? vec3(0) : vec3(k + 3 >> 1 & 1, k >> 1 & 1, k & 1) - .5;
-#ifdef STUDIO
+#ifdef SOFTBOX
             if (k > 3) {
                 n = normalize(n);
                 e = k < 10 ? n : l;
@@ -111,7 +111,7 @@ void mainImage(out vec4 o, vec2 q) {
                 t += b;
             }
         }
-#ifdef STUDIO
+#ifdef SOFTBOX
         A = clamp(1. - A / 3.2, 0., 1.);
         C = clamp(C, -1., 1.);
         C = .25 * (1. + C) * (1. + C) * (2. - C);
@@ -128,8 +128,8 @@ void mainImage(out vec4 o, vec2 q) {
             e = reflect(v, n);
             g = dot(n, l);
             w = pow(ALBEDO, vec3(2.2));
-#ifdef STUDIO
-            if (STUDIO > 0) {
+#ifdef SOFTBOX
+            if (SOFTBOX > 0) {
                 f = A * clamp(1. + .6 * F / Y, .5, 1.);
                 s = clamp(g + .2, 0., .4);
                 w *= mix(sqrt(f) * (1. - .75 / (1. + 4. * max(b + t * v.y, 0.))) * vec3(.3, .28, .26),

@@ -10,7 +10,7 @@ uniform sampler2D normals; // output of gradient.glsl
 uniform sampler2D late_normals; // output of gradient.glsl after trace.glsl; `normals` holds those of newton_step()
 #endif
 
-// Last pass of a frame, where draw_background.glsl sets the mask: colors of the surface and of the studio's floor.
+// Last pass of a frame, where draw_background.glsl sets the mask: colors of the surface and of the floor.
 // color.rgb is sRGB, color.a is 1 on the surface and 0 on the floor.
 // BLOCKS: blocks.vert.glsl sets the mask, per block; some pixels of a block may have hit nothing.
 void main() {
@@ -26,7 +26,7 @@ void main() {
     vec3 normal = vec3(0.0, 1.0, 0.0);
     if (hit) normal = end.xyz;
 #ifdef BLOCKS
-    if (ray.w == 0.0 && (shading != SHADE_STUDIO || t <= 0.0)) discard;
+    if (ray.w == 0.0 && (shading != SHADE_SOFTBOX || t <= 0.0)) discard;
 #endif
     vec3 backdrop = background(pixel, resolution, background_bottom, background_top);
     color = vec4(surface_color(normal, direction, t, int(ray.y), hit, backdrop), ray.w);

@@ -18,6 +18,6 @@ void main() {
     if (shading == SHADE_STEPS) color = vec4(heat(ray.y / 32.0), ray.w);
     if (shading == SHADE_DATA) color = vec4(ray.xy, abs(ray.z), ray.w);
     gl_FragDepth = shading == SHADE_STEPS || shading == SHADE_DATA ? 0.0 : ray.w;
-    if (shading == SHADE_STUDIO && floor_distance(camera[3].xyz, camera_ray(pixel, resolution, camera, focal), ground) > 0.0)
+    if (shading == SHADE_SOFTBOX && floor_distance(camera[3].xyz, camera_ray(pixel, resolution, camera, focal), ground) > 0.0)
         gl_FragDepth = 1.0;
 }

@@ -5,7 +5,7 @@
 #include "sample_point.glsl"
 #include "floor_openness.glsl"
 
-// Pass of a frame in the studio, before color.glsl: the floor's openness() at the lower left corners of blocks of pixels,
+// Pass of a frame in the shading softbox, before color.glsl: the floor's openness() at the lower left corners of blocks of pixels,
 // one fragment per block; color.glsl interpolates between corners that differ little.
 // color: (openness(), 1); 0 where a ray does not meet the floor.
 void main() {

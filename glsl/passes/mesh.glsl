@@ -1,7 +1,7 @@
 #include "shade.glsl"
 #include "key_light.glsl"
 #include "openness.glsl"
-#include "studio.glsl"
+#include "softbox.glsl"
 #include "base_color.glsl"
 uniform float split; // share of the width, from the left, with the mesh's own normals
 in vec3 point; // model space
@@ -19,10 +19,10 @@ void main() {
     normal = dot(normal, normal) > 0.0 ? normalize(normal) : -direction;
     vec3 toward = normalize(mat3(camera) * light), albedo = base_color(point);
     color = vec4(shade(shading, normal, direction, t, length(eye), 0, albedo, toward, camera[1].xyz), 1.0);
-    if (shading == SHADE_STUDIO) {
+    if (shading == SHADE_SOFTBOX) {
         toward = key_light(light, camera);
         vec3 open = openness(point, normal, toward, ground, false);
-        color.rgb = srgb(studio(linear(albedo), normal, -direction, toward, open, delta[0], point.y - ground));
+        color.rgb = srgb(softbox(linear(albedo), normal, -direction, toward, open, delta[0], point.y - ground));
     }
     if (shading == SHADE_DATA) color = vec4(t, 0.0, 0.0, 1.0);
 }

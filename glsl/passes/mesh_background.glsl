@@ -14,7 +14,7 @@ void main() {
     vec3 eye = camera[3].xyz;
     vec3 direction = camera_ray(pixel, resolution, camera, focal);
     float t = floor_distance(eye, direction, ground);
-    if (shading == SHADE_STUDIO && t > 0.0) {
+    if (shading == SHADE_SOFTBOX && t > 0.0) {
         vec3 p = eye + t * direction, toward = key_light(light, camera);
         vec3 open = openness(p, vec3(0.0, 1.0, 0.0), toward, ground, true);
         color.rgb = srgb(floor_color(linear(color.rgb), p, toward, open, eye.y - ground));

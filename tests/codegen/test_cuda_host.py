@@ -148,13 +148,13 @@ def test_time_is_refused_for_a_model_without_motion(fitted: Path) -> None:
         (),
         ("--level", "1", "--normal-level", "2"),
         ("--shade", "texture", "--camera", "-120,-10,2.5"),
-        ("--shade", "studio", "--camera", "-50,25"),
+        ("--shade", "softbox", "--camera", "-50,25"),
         ("--shade", "steps"),
         ("--shade", "depth", "--fov", "50"),
         ("--shade", "normal", "--delta-scale", "0.8"),
         ("--light", "1,0,0.2", "--background", "#ff8000,203040", "--step-scale", "0.9"),
     ],
-    ids=["plain", "normal mapping", "camera", "studio", "steps", "depth", "normal", "light"],
+    ids=["plain", "normal mapping", "camera", "softbox", "steps", "depth", "normal", "light"],
 )
 def test_simple_draws_the_picture_of_glsl(fitted: Path, fitted_shader: Renderer, arguments: tuple[str, ...]) -> None:
     options_of = dict(zip(arguments[::2], arguments[1::2], strict=True))

@@ -234,7 +234,7 @@ def test_the_text_respects_the_limits_of_shadertoy_and_browsers(tmp_path: Path, 
 
 
 @pytest.mark.parametrize(
-    ("old", "new"), [("ALBEDO", "vec3(1)"), ("ENTER", "ENTER ENTER"), ("#ifdef STUDIO", "#if STUDIO")]
+    ("old", "new"), [("ALBEDO", "vec3(1)"), ("ENTER", "ENTER ENTER"), ("#ifdef SOFTBOX", "#if SOFTBOX")]
 )
 def test_a_changed_shader_without_its_placeholders_is_an_error(
     old: str, new: str, monkeypatch: pytest.MonkeyPatch

@@ -44,13 +44,13 @@ window.done = true;
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["packed", "moving", "studio"])
+@pytest.mark.parametrize("kind", ["packed", "moving", "softbox"])
 def test_another_shadertoy_player_draws_the_same(kind: str, osmesa: Context, tmp_path: Path) -> None:
     """The moving model is at time 0.5 after a quarter of its period."""
     if kind == "packed":
         text = SHADERTOY(quantize.quantized_model(random_model((16, 1), (8, 0))), "packed")
-    elif kind == "studio":
-        text = literal_text(fitted_model((24, 64)), "studio")
+    elif kind == "softbox":
+        text = literal_text(fitted_model((24, 64)), "softbox")
     else:
         text = SHADERTOY(moving_model(), "literal")
         assert np.abs(picture(osmesa, text, time=0.4) - picture(osmesa, text, time=2.4)).max(-1).mean() > 3
@@ -63,7 +63,7 @@ def test_another_shadertoy_player_draws_the_same(kind: str, osmesa: Context, tmp
 @pytest.mark.slow
 def test_chromium_draws_the_same(osmesa: Context, browser: "Browser", tmp_path: Path) -> None:
     """Chromium draws by WebGL2 on SwiftShader, whose sine is off by 2e-4."""
-    text = SHADERTOY(quantize.quantized_model(random_model((16, 1), (8, 0))), "packed", shade="studio")
+    text = SHADERTOY(quantize.quantized_model(random_model((16, 1), (8, 0))), "packed", shade="softbox")
     fragment = "#version 300 es\nprecision highp float; precision highp int;\n" + INPUTS + text + MAIN
     (tmp_path / "player.html").write_text(WEBGL.replace("THE_TEXT", json.dumps(fragment)))
     with visit(browser, tmp_path / "player.html", SIZE, share=1) as visited:

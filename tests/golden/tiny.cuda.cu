@@ -5,7 +5,7 @@
 //
 // Variants: simple, one thread per ray, float32; fused, tiles of rays on the tensor cores. In order:
 // check, vectors, uniforms, camera_ray, settings, the field, networks, shade, arguments, grid, cells,
-// half_width, march, background, floor_distance, key_light, openness, studio, floor_color, colors, simple,
+// half_width, march, background, floor_distance, key_light, openness, softbox, floor_color, colors, simple,
 // stepping, mma, packed, team, tile, adjoint, queues, fused, picture, unpack, benchmark, main. Of these,
 // camera_ray, shade, cells, half_width, march, background, and all from floor_distance to floor_color, are
 // functions of the GLSL targets.
@@ -93,8 +93,8 @@ struct Uniforms {
     int rounds = 64;  // most passes over the levels
     float step_scale = 1.f;  // further factor on every step; below 1: safer, slower
     int schedule = 1;  // sphere tracing: 0 plain, 1 over-relaxed
-    int shading = 0;  // 0 Phong, 1 normal, 2 depth, 3 steps, 4 texture, 5 studio, 6 data: (t, steps, level, hit)
-    float ground = GROUND;  // height of the floor of shading 5, model space, y up
+    int shading = 0;  // 0 phong, 1 normal, 2 depth, 3 steps, 4 texture, 5 softbox, 6 data: (t, steps, level, hit)
+    float ground = GROUND;  // height of the floor of the shading softbox, model space, y up
     vec3 light = vec3(-.5f, .7f, .8f);  // direction to the light, camera space
     vec3 background_bottom = vec3(.13f, .14f, .17f);  // sRGB
     vec3 background_top = vec3(.33f, .36f, .41f);  // sRGB
@@ -106,7 +106,7 @@ __constant__ float band_step_bound[LEVELS];  // factor on each level's steps if 
 __constant__ float time;  // time of a moving model, from 0 to 1
 constexpr float DEFAULT_TIME = 0.f;
 // Names of the shadings and of the schedules; the index is the uniform's value.
-const char *const SHADINGS[] = {"phong", "normal", "depth", "steps", "texture", "studio", "data"};
+const char *const SHADINGS[] = {"phong", "normal", "depth", "steps", "texture", "softbox", "data"};
 const char *const SCHEDULES[] = {"plain", "relaxed"};
 // Defaults of --camera and --fov.
 constexpr double AZIMUTH = 30.0, ELEVATION = 20.0, FOV = 35.0;  // degrees

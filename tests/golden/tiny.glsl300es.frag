@@ -21,8 +21,8 @@ uniform float step_bound[LEVELS]; // float[](.8, .8): factor on each level's ste
 uniform float band_step_bound[LEVELS]; // float[](.8, .8): factor on each level's steps if a finer level is traced
 uniform float step_scale; // 1.: further factor on every step; below 1: safer, slower
 uniform int schedule; // 1: sphere tracing: 0 plain, 1 over-relaxed
-uniform int shading; // 0: 0 Phong, 1 normal, 2 depth, 3 steps, 4 texture, 5 studio, 6 data: (t, steps, level, hit)
-uniform float ground; // GROUND: height of the floor of shading 5, model space, y up
+uniform int shading; // 0: 0 phong, 1 normal, 2 depth, 3 steps, 4 texture, 5 softbox, 6 data: (t, steps, level, hit)
+uniform float ground; // GROUND: height of the floor of the shading softbox, model space, y up
 uniform vec3 light; // vec3(-0.5, 0.7, 0.8): direction to the light, camera space
 uniform vec3 background_bottom; // vec3(0.13, 0.14, 0.17): sRGB
 uniform vec3 background_top; // vec3(0.33, 0.36, 0.41): sRGB
@@ -431,7 +431,7 @@ Hit march(vec3 origin, vec3 direction, float footprint, int level, int rounds, f
     continue_march(ray, sphere, origin, direction, footprint, level, rounds, step_scale, schedule, span.y, false);
     return ray;
 }
-// floor_distance(): distance along a ray to the studio's floor; -1 if the ray does not meet it from above.
+// floor_distance(): distance along a ray to the floor; -1 if the ray does not meet it from above.
 // origin, direction: model space, direction of length 1; ground: height of the floor.
 float floor_distance(vec3 origin, vec3 direction, float ground) {
     return direction.y < 0.0 && origin.y > ground ? (ground - origin.y) / direction.y : -1.0;
@@ -467,7 +467,7 @@ const int SHADE_NORMAL = 1;
 const int SHADE_DEPTH = 2;
 const int SHADE_STEPS = 3;
 const int SHADE_TEXTURE = 4;
-const int SHADE_STUDIO = 5;
+const int SHADE_SOFTBOX = 5;
 const int SHADE_DATA = 6;
 // srgb(): linear light to sRGB, each channel in [0, 1] (IEC 61966-2-1).
 vec3 srgb(vec3 linear) {
@@ -484,8 +484,8 @@ vec3 shade(int shading, vec3 normal, vec3 direction, float t, float eye, int ste
     if (shading == SHADE_TEXTURE) return albedo;
     return srgb(phong(linear(albedo), normal, -direction, light, up));
 }
-#ifndef WITHOUT_STUDIO
-// key_light(): direction to the studio's key light, length 1, model space. The light follows the camera only around the y
+#ifndef WITHOUT_SOFTBOX
+// key_light(): direction to the key light, length 1, model space. The light follows the camera only around the y
 // axis, so that shadows stay when the camera tilts, and stays above the floor.
 // light: the uniform; camera: columns right, up, back, eye.
 vec3 key_light(vec3 light, mat4 camera) {
@@ -646,11 +646,11 @@ vec3 openness(vec3 p, vec3 normal, vec3 light, float ground, bool floored) {
     float sky = clamp(1.0 - occluded / SKY_WEIGHTS, 0.0, 1.0);
     return vec3(sky, shaded ? seen / float(parts) : 1.0, here);
 }
-// studio(): the surface under a large key light and a sky, above a floor that reflects light; linear light.
+// softbox(): the surface under a large key light and a sky, above a floor that reflects light; linear light.
 // Above 0.6, a shoulder compresses values that would be clipped to 1 (phong.glsl).
 // albedo: linear; normal, view (to the eye), light (to the key light): length 1, model space; open: openness(); delta:
 // half-width of level 1's band; height: above the floor, model units.
-vec3 studio(vec3 albedo, vec3 normal, vec3 view, vec3 light, vec3 open, float delta, float height) {
+vec3 softbox(vec3 albedo, vec3 normal, vec3 view, vec3 light, vec3 open, float delta, float height) {
     // A surface inside level 1's is in a crease that level 1 lacks.
     float sky = open.x * clamp(1.0 + 0.6 * open.z / delta, 0.5, 1.0);
     // A light as large as a fifth of its distance is still visible slightly below the horizon.
@@ -668,7 +668,7 @@ vec3 studio(vec3 albedo, vec3 normal, vec3 view, vec3 light, vec3 open, float de
     vec3 over = max(lit - 0.6, vec3(0.0));
     return lit - over + over / (1.0 + 2.0 * over);
 }
-// floor_color(): the studio's floor, linear light: the backdrop's color times the visible key light and sky, so that floor
+// floor_color(): the floor, linear light: the backdrop's color times the visible key light and sky, so that floor
 // and backdrop blend. On a dark backdrop, the key light makes a bright pool.
 // backdrop: linear; p: on the floor, model space; light: to the key light, length 1; open: openness(); above: height of
 // the eye above the floor, model units; the floor is invisible from below.
@@ -687,17 +687,17 @@ uniform bool plain; // omits the model's colors
 vec3 base_color(vec3 p) {
     return plain ? vec3(0.80, 0.74, 0.66) : albedo(p);
 }
-// surface_color(): color, sRGB, of a pixel whose ray meets the surface or the studio's floor, in the mode `shading`.
+// surface_color(): color, sRGB, of a pixel whose ray meets the surface or the floor, in the mode `shading`.
 // normal: of the surface; direction: of the ray; both length 1, model space. t: distance along the ray; steps: of march();
 // hit: whether the ray meets the surface, not the floor; backdrop: the background's color in this pixel, sRGB.
-// WITHOUT_STUDIO: the mode is not SHADE_STUDIO, which compiles longer than all others together. FLOOR_LIGHT:
+// WITHOUT_SOFTBOX: the mode is not SHADE_SOFTBOX, which compiles longer than all others together. FLOOR_LIGHT:
 // floor_openness.glsl has the openness of parts of the floor.
 vec3 surface_color(vec3 normal, vec3 direction, float t, int steps, bool hit, vec3 backdrop) {
     vec3 eye = camera[3].xyz;
     vec3 p = eye + t * direction, albedo = vec3(0.0);
     if (hit) albedo = base_color(p);
-#ifndef WITHOUT_STUDIO
-    if (shading == SHADE_STUDIO) {
+#ifndef WITHOUT_SOFTBOX
+    if (shading == SHADE_SOFTBOX) {
         vec3 toward = key_light(light, camera);
         vec3 open;
 #ifdef FLOOR_LIGHT
@@ -705,7 +705,7 @@ vec3 surface_color(vec3 normal, vec3 direction, float t, int steps, bool hit, ve
 #endif
             open = openness(p, normal, toward, ground, !hit);
         if (!hit) return srgb(floor_color(linear(backdrop), p, toward, open, eye.y - ground));
-        return srgb(studio(linear(albedo), normal, -direction, toward, open, delta[0], p.y - ground));
+        return srgb(softbox(linear(albedo), normal, -direction, toward, open, delta[0], p.y - ground));
     }
 #endif
     return shade(shading, normal, direction, t, length(eye), steps, albedo, normalize(mat3(camera) * light), camera[1].xyz);
@@ -719,8 +719,8 @@ vec4 ray_color(Hit ray, vec3 normal, vec3 direction, vec2 pixel) {
     // Never true. With a discard, llvmpipe compiles one variant of the shader instead of two.
     if (resolution.x < 0.0) discard;
     vec4 color = vec4(background(pixel, resolution, background_bottom, background_top), float(ray.hit));
-    float t = ray.hit || shading != SHADE_STUDIO ? ray.t : floor_distance(camera[3].xyz, direction, ground);
-    if (ray.hit || shading == SHADE_STUDIO && t > 0.0)
+    float t = ray.hit || shading != SHADE_SOFTBOX ? ray.t : floor_distance(camera[3].xyz, direction, ground);
+    if (ray.hit || shading == SHADE_SOFTBOX && t > 0.0)
         color.rgb = surface_color(normal, direction, t, ray.steps, ray.hit, color.rgb);
     if (shading == SHADE_STEPS) color = vec4(heat(float(ray.steps) / 32.0), color.a);
     if (shading == SHADE_DATA) color = vec4(ray.t, float(ray.steps), float(abs(ray.level)), float(ray.hit));

@@ -188,7 +188,7 @@ PACKED = {
 
 @pytest.mark.usefixtures("without_savings")
 @pytest.mark.parametrize("model", PACKED.values(), ids=PACKED)
-@pytest.mark.parametrize("shade", [None, "studio", "phong"])
+@pytest.mark.parametrize("shade", [None, "softbox", "phong"])
 def test_quantized_models_have_python_s_text(ask: Ask, model: Model, shade: str | None) -> None:
     text = ask("shadertoy", [encoded(model), lowest_point(lower(model)), shade])
     assert text == shadertoy.baked(model, "packed", shade=shade).text

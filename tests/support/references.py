@@ -32,7 +32,7 @@ def rendered(
     shipped: Stranger,
     model: str,
     camera: str = "",
-    shade: str = "studio",
+    shade: str = "softbox",
     size: tuple[int, int] = PIXELS,
     more: str = "--samples 16",
 ) -> Picture:
@@ -52,7 +52,7 @@ def rendered(
 
 
 def check_rendered(
-    picture: Picture, shipped: Stranger, model: str, camera: str, name: str, shade: str = "studio"
+    picture: Picture, shipped: Stranger, model: str, camera: str, name: str, shade: str = "softbox"
 ) -> None:
     """Compare the inner part of a picture with `mplicits render`. camera, model: of `rendered`; name: of files."""
     height, width = picture.shape[:2]

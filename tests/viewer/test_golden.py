@@ -23,8 +23,8 @@ FAILED = ROOT / "out" / "golden"
 CAMERA = Camera(35, 25)
 PICTURES = {
     "phong": RenderOptions(samples=4, uniform=True),
-    "studio": RenderOptions(shade="studio", samples=4, uniform=True),
-    "studio-on-white": RenderOptions(shade="studio", samples=4, uniform=True, background=((1, 1, 1), (1, 1, 1))),
+    "softbox": RenderOptions(shade="softbox", samples=4, uniform=True),
+    "softbox-on-white": RenderOptions(shade="softbox", samples=4, uniform=True, background=((1, 1, 1), (1, 1, 1))),
     "normal": RenderOptions(shade="normal"),
     "depth": RenderOptions(shade="depth"),
     "steps": RenderOptions(shade="steps"),

@@ -33,7 +33,7 @@ def test_released_renderers_leave_no_objects(osmesa: Context) -> None:
     before = objects()
     shader = bake(MODEL, "texture", passes=True)
     makers: list[Callable[[], Renderer | Rasterizer]] = [
-        lambda: Renderer(osmesa, shader, "studio"),
+        lambda: Renderer(osmesa, shader, "softbox"),
         lambda: Rasterizer(osmesa, MODEL, SQUARE, "texture"),
     ]
     for make in makers:

@@ -64,7 +64,7 @@ def test_passes_draw_the_same_picture_as_one_draw(both: tuple[Renderer, Renderer
 
 def test_passes_draw_nearly_the_same_studio_floor_as_one_draw(both: tuple[Renderer, Renderer]) -> None:
     for camera in (CAMERA, Camera(30, 20, 1.3)):
-        passes, at_once = (renderer.render(SIZE, camera, RenderOptions(shade="studio")) for renderer in both)
+        passes, at_once = (renderer.render(SIZE, camera, RenderOptions(shade="softbox")) for renderer in both)
         hit = at_once[..., 3] > 0
         assert hit.mean() > 0.05
         assert_alike(passes[hit], at_once[hit])
@@ -86,7 +86,7 @@ def newton_steps(osmesa: Context) -> Iterator[list[Renderer]]:
         renderer.release()
 
 
-@pytest.mark.parametrize(("shading", "samples"), [("phong", 4), ("studio", 1), ("data", 1)])
+@pytest.mark.parametrize(("shading", "samples"), [("phong", 4), ("softbox", 1), ("data", 1)])
 def test_newton_steps_and_packing_keep_the_picture(newton_steps: list[Renderer], shading: str, samples: int) -> None:
     options = RenderOptions(shade=shading, samples=samples)
     pictures = [renderer.render(SIZE, CAMERA, options) for renderer in newton_steps]
@@ -150,11 +150,11 @@ def test_rays_that_meet_no_cell_take_no_steps(osmesa: Context, model: Model) -> 
 
 def test_the_first_studio_picture_compiles_its_programs(osmesa: Context, model: Model) -> None:
     shader = bake(model, "literal", passes=True)
-    late, early = Renderer(osmesa, shader), Renderer(osmesa, shader, "studio")
+    late, early = Renderer(osmesa, shader), Renderer(osmesa, shader, "softbox")
     before = late.compile_seconds
     late.render(SIZE, CAMERA)
     assert late.compile_seconds == before
-    pictures = [renderer.render(SIZE, CAMERA, RenderOptions(shade="studio")) for renderer in (late, early)]
+    pictures = [renderer.render(SIZE, CAMERA, RenderOptions(shade="softbox")) for renderer in (late, early)]
     assert late.compile_seconds > before
     phong = [renderer.render(SIZE, CAMERA) for renderer in (late, early)]
     late.release()

@@ -41,12 +41,12 @@ def test_the_page_shows_the_picture_that_osmesa_draws(opened: Visit, renderer: R
 
 
 @pytest.mark.slow
-def test_the_studio_is_the_desktop_s(browser: "Browser", tmp_path: Path, renderer: Renderer) -> None:
+def test_softbox_is_the_desktop_s(browser: "Browser", tmp_path: Path, renderer: Renderer) -> None:
     file = tmp_path / "page.html"
     file.write_text(standalone(MODEL, poster=False))
     with visit(browser, file, share=0.1) as visited:
         visited.fold()
-        theirs = desktop(renderer, Camera(), RenderOptions(shade="studio"), side=64)
+        theirs = desktop(renderer, Camera(), RenderOptions(shade="softbox"), side=64)
         assert not differ(visited.saved(), theirs, mean=1.2)
         assert visited.console == []
 
@@ -163,7 +163,7 @@ PAPER = (0.97, 0.965, 0.95), (0.85, 0.84, 0.81)
 CONTROLS: dict[str, tuple[Act, Act, RenderOptions]] = {
     # Control -> action, its reversal, and the equivalent desktop options.
     "normals": (click("#shading label:has-text('Normals')"), press("p"), RenderOptions(shade="normal")),
-    "studio": (press("g"), press("p"), RenderOptions(shade="studio")),
+    "softbox": (press("g"), press("p"), RenderOptions(shade="softbox")),
     "depth": (press("d"), click("#shading label:has-text('Phong')"), RenderOptions(shade="depth")),
     "texture": (click("#shading label:has-text('Texture')"), press("p"), RenderOptions(shade="texture")),
     "level": (click("#level label:has-text('1')"), press("2"), RenderOptions(level=1)),
@@ -252,7 +252,7 @@ def test_the_button_copies_the_text_for_shadertoy(browser: "Browser", tmp_path: 
     file.write_text(packed(page_of(model, poster=False, studio=Studio())[0]).text)
     with visit(browser, file, permissions=["clipboard-read", "clipboard-write"]) as visited:
         visited.unfold()
-        assert visited.page.input_value("#shading input:checked") == "studio", "it opens so"
+        assert visited.page.input_value("#shading input:checked") == "softbox", "it opens so"
         visited.page.click("#copy")
         visited.page.wait_for_selector("#message:not([hidden])")
         assert visited.page.evaluate("navigator.clipboard.readText()") == shadertoy.exact(model)

@@ -89,7 +89,7 @@ def test_the_floor_around_the_shape_is_in_shade(
 ) -> None:
     """Rays that Newton's step has brought near the shape, and that then miss it."""
     monkeypatch.setitem(CELLS, "last", COUNT)
-    drawn = samples(browser, tmp_path, "texture", "studio")
-    theirs = Renderer(osmesa, bake(MODEL)).render((SIDE, SIDE), CAMERA, RenderOptions(shade="studio"))
+    drawn = samples(browser, tmp_path, "texture", "softbox")
+    theirs = Renderer(osmesa, bake(MODEL)).render((SIDE, SIDE), CAMERA, RenderOptions(shade="softbox"))
     floor = (drawn[..., 3] < 0.5) & (theirs[..., 3] < 0.5)
     assert np.abs(drawn - theirs)[floor].max() < 0.03

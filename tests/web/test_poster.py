@@ -32,7 +32,7 @@ def decoded(url: str) -> np.ndarray:
 
 @pytest.mark.parametrize(
     ("shade", "model"),
-    [("phong", replace(MODEL, texture=None)), ("studio", replace(MODEL, front=(215.0, 15.0)))],
+    [("phong", replace(MODEL, texture=None)), ("softbox", replace(MODEL, front=(215.0, 15.0)))],
     ids=["phong, plain, from the usual place", "studio, with colors, from its front"],
 )
 def test_the_poster_is_the_first_picture(shade: str, model: Model, osmesa: Context) -> None:

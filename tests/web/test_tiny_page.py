@@ -63,7 +63,7 @@ def test_the_text_of_a_page_holds_any_bytes(size: int) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("shade", ["phong", "studio"])
+@pytest.mark.parametrize("shade", ["phong", "softbox"])
 def test_the_page_draws_the_picture_of_shadertoys_text(
     browser: "Browser", osmesa: Context, tmp_path: Path, shade: str
 ) -> None:
@@ -83,7 +83,7 @@ def test_the_page_draws_the_picture_of_shadertoys_text(
 def test_the_pages_names_are_not_in_shadertoys_text(tmp_path: Path) -> None:
     added = set(re.findall(r"\w+(?=[,;])", HEAD)) - {"float", "int"}
     models = (SHIPPED, moving_model(), composed(tmp_path, STILL, widths=(8, 12)))
-    for storage, shade in product(("packed", "literal"), ("phong", "studio")):
+    for storage, shade in product(("packed", "literal"), ("phong", "softbox")):
         for model in models[: 3 if storage == "literal" else 1]:
             names = set(re.findall(r"\w+", SHADERTOY(model, storage, 4, shade=shade)))
             assert added & names == {"iResolution", "iFrame"}, (model.name, storage, shade)

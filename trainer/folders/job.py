@@ -16,7 +16,7 @@ from pathlib import Path
 
 Progress = Callable[[str, str, float], None]
 """Receives a job's name, its stage, and the finished share of the stage, in [0, 1]."""
-PICTURE = ("--size", "320", "--samples", "4", "--shade", "studio")
+PICTURE = ("--size", "320", "--samples", "4", "--shade", "softbox")
 """Options of `mplicits render` for the pictures of the page."""
 
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from ...codegen.targets.uniforms import SCHEDULES, SHADINGS
+from ...codegen.targets.uniforms import OLD_SHADES, SCHEDULES, SHADINGS
 from ...model.errors import UserError
 from ...model.files import show_value
 from ...model.options import Options, option
@@ -22,7 +22,7 @@ class RenderOptions(Options):
         metavar="L",
         study=True,
     )
-    shade: str = option("phong", "shading", choices=SHADINGS)
+    shade: str = option("phong", "shading", choices=SHADINGS, old=OLD_SHADES)
     iterations: tuple[int, ...] | None = option(
         None,
         "sphere tracing steps at each level, the last for all finer ones (default: the model's)",

@@ -19,7 +19,7 @@ class Passes:
     """Draws the passes in the context `gl`, and owns the textures between them."""
 
     color = "color"
-    """The pass of the step "color": "color" or "studio"."""
+    """The pass of the step "color": "color" or "softbox"."""
     level = 1
     """Level to trace."""
     newton_first = False
@@ -84,7 +84,7 @@ class Passes:
         left_out = set() if self.newton_first else {"newton", "untraced"}
         if self._packs_now:
             left_out |= {"untraced", "hits", "normals"}
-        if self.color != "studio" or self.scattered is not None:
+        if self.color != "softbox" or self.scattered is not None:
             left_out.add("floor")
         return [step for step in FRAME if step not in left_out]
 

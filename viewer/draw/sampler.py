@@ -208,4 +208,4 @@ class Sampler:
 
 def _color_passes(shading: str) -> tuple[str, ...]:
     """Return the names of the passes that color the pixels."""
-    return ("floor", "studio") if shading == "studio" else ("color",)
+    return ("floor", "softbox") if shading == "softbox" else ("color",)

@@ -3,11 +3,14 @@
 from dataclasses import dataclass, field, replace
 
 from ...codegen.targets.motion import PERIOD, phase_at_time, time_at_phase
+from ...codegen.targets.uniforms import SHADING_PICTURES
 from ..draw.camera import Camera
 from ..draw.options import RenderOptions
 from .overlay import MESH_MODES
 from .picture import Scene
 
+SHADING_KEYS = {shading.key: shading.name for shading in SHADING_PICTURES}
+"""Key -> shading."""
 KEYS = (
     ("drag, arrows", "turn"),
     ("right drag, Shift drag", "move"),
@@ -15,7 +18,7 @@ KEYS = (
     ("Space", "turntable; play and pause a motion"),
     ("r", "reset the camera"),
     ("1 to 9", "level"),
-    ("p g n d t x", "Phong, studio, normals, depth, texture, steps"),
+    (" ".join(SHADING_KEYS).lower(), ", ".join(shading.label for shading in SHADING_PICTURES)),
     ("b", "split view, all levels on the right"),
     ("m", "the mesh: its edges, its faces"),
     ("s", "save a picture"),
@@ -24,8 +27,6 @@ KEYS = (
     ("Esc", "close the help, or quit"),
 )
 """(key, effect), as the help and the terminal show them."""
-SHADING_KEYS = {"G": "studio", "N": "normal", "P": "phong", "D": "depth", "T": "texture", "X": "steps"}
-"""Key -> shading; `s` saves a picture."""
 TURNS = {"LEFT": (-15.0, 0.0), "RIGHT": (15.0, 0.0), "UP": (0.0, 10.0), "DOWN": (0.0, -10.0)}
 """Arrow key -> azimuth and elevation by which the camera turns, degrees."""
 SLOW_FRAME, FAST_FRAME = 1 / 12, 1 / 50

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ...bake.registry import TARGETS
-from ...codegen.targets.uniforms import SHADINGS, default
+from ...codegen.targets.uniforms import SHADING_PICTURES, default
 from ..state.exports import record_video, save_picture, save_target
 from ..state.jobs import LevelTiming, time_levels
 from ..state.overlay import MESH_MODES
@@ -79,7 +79,7 @@ class Panel:
         imgui.separator()
         if view.levels > 1:
             self._draw_levels(view)
-        shadings = [name for name in SHADINGS if name != "data" and (view.textured or name != "texture")]
+        shadings = [each.name for each in SHADING_PICTURES if view.textured or each.name != "texture"]
         self._combo("shading", shadings, options.shade, lambda name: view.set(shade=name))
         if view.textured:
             self._checkbox("texture", not options.plain, lambda textured: view.set(plain=not textured))

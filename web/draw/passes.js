@@ -62,7 +62,7 @@ export class Passes {
         this.bind(POINTS_UNIT, places);
         this.bind(0, weights);
         if (programs.single_pass) return this.pass(programs.single_pass, all, tile, rectangle, {});
-        const shading = shared.shadings[values.shading], isStudio = shading === "studio";
+        const shading = shared.shadings[values.shading], hasFloor = shading === "softbox";
         const {newton} = values; // Newton's step writes a negative alpha for the rays that remain
         const left = {wanted: [newton ? -1 : 1]}, near = newton ? rays : tile;
         // Step -> [target, textures that it reads, further uniforms]; steps that the options do not need are absent.
@@ -75,19 +75,19 @@ export class Passes {
             color: !["steps", "data"].includes(shading) && [
                 tile,
                 {rays, normals, late_normals: late, mask: rays, floor_light: this.floor},
-                {everywhere: Number(isStudio)},
+                {everywhere: Number(hasFloor)},
             ],
         };
         this.clear([rays, normals], rectangle);
         for (const [step, name] of Object.entries(shared.frame)) {
             const [target, read = {}, more = {}] = steps[step] || [];
-            if (step === "floor" && isStudio && !values.scattered)
+            if (step === "floor" && hasFloor && !values.scattered)
                 all.floor_corner = this.drawFloor(programs.floor, values, rectangle);
             else if (target) this.pass(programs[name], {...all, ...more}, target, rectangle, read);
         }
     }
 
-    // Evaluates the studio's floor at the corners of a rectangle's blocks, and of the blocks around them. Returns the first
+    // Evaluates the floor at the corners of a rectangle's blocks, and of the blocks around them. Returns the first
     // corner, in blocks from the picture's lower left corner.
     drawFloor(program, values, [column, row, width, height]) {
         const block = (pixel) => Math.floor(pixel / shared.floor_block);

@@ -50,9 +50,9 @@ export function stepsOf(model, options) {
 // the relaxed schedule. If one round is too long, returns one round. newton: whether rays take newton_step() first.
 export function fitting(loops, level, normalLevel, steps, rounds, newton = false) {
     if (!loops) return {steps, rounds};
-    const studio = shared.studio_evaluations * (1 + loops.value[0]) + 1;
+    const softbox = shared.softbox_evaluations * (1 + loops.value[0]) + 1;
     const newtonStep = 6 + shared.cells.lookups + loops.value[level - 1] + loops.gradient[level - 1];
-    const once = 1 + studio + shared.cells.lookups + loops.gradient[normalLevel - 1] + loops.texture +
+    const once = 1 + softbox + shared.cells.lookups + loops.gradient[normalLevel - 1] + loops.texture +
         (newton ? newtonStep : 0);
     const round = () => 4 + steps[level - 1] * (2 + loops.value[level - 1]);
     const isTooLong = () => rounds * round() + once > shared.loop_limit;

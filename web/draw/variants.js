@@ -124,7 +124,7 @@ export class Variants {
     // Draws a first pixel, where drivers do most of their compilation.
     async warm(variant) {
         const {painter, scene} = this;
-        const coarse = withOptions(scene, {level: 1, normalLevel: 1, shading: "studio"}); // uses all passes
+        const coarse = withOptions(scene, {level: 1, normalLevel: 1, shading: "softbox"}); // uses all passes
         for (const newton of [0, 1])
             painter.draw(variant, {...uniforms(coarse, variant.loops, [1, 1]), newton}, [0, 0], [1, 1]);
         await painter.device.done();

@@ -1,3 +1,4 @@
+import {facts} from "../model/facts.js";
 import {askToDraw, endDrawing, giveTurns} from "./contexts.js";
 import {ElementTree} from "./element_tree.js";
 import {findModel, Models} from "./models.js";
@@ -258,7 +259,9 @@ export class MplicitsView extends (globalThis.HTMLElement ?? Object) { // on a s
     // Sets shading, level and background from the attributes.
     #apply() {
         const {shade, level} = this, background = this.#tree.paint(this.background ?? "");
-        this.#stage?.set({shading: shade, level: level >= 1 ? level : Infinity, background});
+        const shading = facts.old_shades[shade] ?? shade;
+        if (shading !== shade) console.warn(`mplicits-view: shade="${shade}" is now shade="${shading}"`);
+        this.#stage?.set({shading, level: level >= 1 ? level : Infinity, background});
     }
 
     // Moves the camera to its attribute, or back to where it was.

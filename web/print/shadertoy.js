@@ -1,4 +1,4 @@
-import {DELTA_FACTOR, STUDIO_SHARE, WIDEST} from "../model/constants.js";
+import {DELTA_FACTOR, SOFTBOX_SHARE, WIDEST} from "../model/constants.js";
 import {shared} from "../model/facts.js";
 import {withDigits} from "../model/quantize.js";
 import {ModelError} from "../model/safetensors.js";
@@ -12,10 +12,10 @@ import {packedLines} from "./packed.js";
 // Prints the text of Shadertoy's Image tab, byte for byte as codegen/targets/shadertoy.py for quantized and for moving
 // models, but with one width for each band, and with a ball around the shape. The page has glsl/functions/shadertoy.glsl, without
 // spaces and comments, in an element (text_elements() of web/page.py).
-const STUDIO_LINES = /^#ifdef STUDIO\n([^]*?)(?:^#else\n([^]*?))?^#endif\n/gm;
+const SOFTBOX_LINES = /^#ifdef SOFTBOX\n([^]*?)(?:^#else\n([^]*?))?^#endif\n/gm;
 
 // Resolves to the text. model: of parseModel, with `ground`, the height of its lowest point. sha256: of hashOf().
-// shade: "studio", "phong", or null for the studio where it adds little. Throws a ModelError for too wide a model.
+// shade: "softbox", "phong", or null for the softbox where it adds little. Throws a ModelError for too wide a model.
 export async function shadertoyText(model, sha256, shade = null) {
     const widest = widestOf(model);
     if (widest > WIDEST) throw new ModelError(`a layer is ${widest} wide, and browsers compile ${WIDEST} at most`);
@@ -42,25 +42,25 @@ export const fitsShadertoy = (model) => !model.field && widestOf(model) <= WIDES
 function textOf(model, sha256, shade, weights, further) {
     const by = model.credit ? `, by ${pythonJson(model.credit)}` : "";
     const floor = `const float G = ${number(Math.round(model.ground * 1e4) / 1e4)}`;
-    const text = (studio) =>
+    const text = (softbox) =>
         [
             headerLine(model, "shadertoy", sha256, further),
             `// ${pythonJson(model.name)}${by}`,
             "// as a neural signed distance function, made with mplicits. Drag to orbit; edit the settings below.",
-            ...settingsOf(model, studio).map((setting) => `#define ${setting}`),
+            ...settingsOf(model, softbox).map((setting) => `#define ${setting}`),
             squeezedGlsl([
                 model.levels.length > 1 ? "int k = -1, J;" : "int k = -1;",
-                ...(studio ? [`${floor}, Y = ${shortNumber(model.levels[0].delta)};`] : []),
+                ...(softbox ? [`${floor}, Y = ${shortNumber(model.levels[0].delta)};`] : []),
                 ...weights,
-                ...fieldLines(model, studio),
-                mainOf(model, studio),
+                ...fieldLines(model, softbox),
+                mainOf(model, softbox),
             ].join("\n")),
         ].join("\n");
     const plain = text(false), lit = shade === "phong" ? "" : text(true);
-    return shade === "studio" || (lit && lit.length <= (1 + STUDIO_SHARE) * plain.length) ? lit : plain;
+    return shade === "softbox" || (lit && lit.length <= (1 + SOFTBOX_SHARE) * plain.length) ? lit : plain;
 }
 
-function settingsOf({front, inputs, levels, texture}, studio) {
+function settingsOf({front, inputs, levels, texture}, softbox) {
     const {camera: {azimuth, elevation}, defaults, plain} = shared;
     const vector = (values) => `vec${values.length}(${values.map(shortNumber).join(", ")})`;
     return [
@@ -71,7 +71,7 @@ function settingsOf({front, inputs, levels, texture}, studio) {
         `BOTTOM ${vector(defaults.background_bottom)} // background, sRGB`,
         `TOP ${vector(defaults.background_top)}`,
         ...(inputs === "xyzt" ? ["TIME (.5 - .5 * cos(iTime)) // time of the motion, from 0 to 1 and back"] : []),
-        ...(studio ? ["STUDIO 1 // a floor, soft shadows, sky light; 0: Phong"] : []),
+        ...(softbox ? ["SOFTBOX 1 // a floor, soft shadows, sky light; 0: Phong"] : []),
         ...(levels.length > 1 ? [`LEVEL ${levels.length} // finest level, from 1`] : []),
         "STEPS 200 // most evaluations of the field on a ray",
         "AA 1 // 2: 2 x 2 samples per pixel",
@@ -80,7 +80,7 @@ function settingsOf({front, inputs, levels, texture}, studio) {
 
 // Returns field() up to LEVEL (Eq. 3): outside of a band, the distance to the band's offset surface. Taps of a normal
 // take the levels of the ray's end point.
-function fieldLines({levels}, studio) {
+function fieldLines({levels}, softbox) {
     if (levels.length === 1) return [];
     const deeper = levels.slice(0, -1).flatMap(({delta}, i) => [
         `#if LEVEL >= ${i + 2}`,
@@ -92,20 +92,20 @@ function fieldLines({levels}, studio) {
     return [
         "float field(vec4 p) {",
         "float f = network1(p);",
-        ...(studio ? ["if (k > 3) return f;"] : []),
+        ...(softbox ? ["if (k > 3) return f;"] : []),
         ...deeper,
         "return f;",
         "}",
     ];
 }
 
-function mainOf({inputs, levels, texture}, studio) {
+function mainOf({inputs, levels, texture}, softbox) {
     const time = inputs === "xyzt" ? "TIME" : "1", bounds = levels.map((level) => level.bounds.band_step_bound);
     bounds[levels.length - 1] = levels.at(-1).bounds.step_bound;
     const bound = Math.floor(100 * Math.min(...bounds, 1) + 1e-6) / 100;
     const albedo = texture ? `clamp(COLOR(network_texture(vec4(3.52*m[2]+t*v,${time}))),0.,1.)` : "COLOR";
     return document.getElementById("shadertoy.glsl").textContent
-        .replace(STUDIO_LINES, (_, lit, plain = "") => (studio ? lit : plain))
+        .replace(SOFTBOX_LINES, (_, lit, plain = "") => (softbox ? lit : plain))
         .replace(",1));", `,${time}));`).replace("ALBEDO", albedo)
         .replace("f*=BOUND;\n", bound === 1 ? "" : `f*=${number(bound)};\n`);
 }

@@ -24,14 +24,6 @@ let demandIdle = () => {}; // throws a ModelError where the stage is in use
 let reads = Promise.resolve(); // of the model files so far
 const MODEL = /\.safetensors$/i;
 const WITHOUT_STUDIO = ", or drop it on the page of: mplicits studio";
-const SHADING_LABELS = {
-    phong: "Phong",
-    studio: "Studio",
-    normal: "Normals",
-    depth: "Depth",
-    steps: "Steps",
-    texture: "Texture",
-};
 
 // Returns the page's own model, or null.
 export function embedded() {
@@ -69,8 +61,8 @@ export async function start(chosen) {
     fillChoices(element("level"), numbers, levels, (level) => set({level}));
     const same = {value: null, label: "same"};
     fillChoices(element("normals"), [same, ...numbers], null, (normalLevel) => set({normalLevel}));
-    const possible = shared.shadings.filter((name) => name in SHADING_LABELS && (name !== "texture" || model.texture));
-    const choices = possible.map((value) => ({value, label: SHADING_LABELS[value]}));
+    const choices = Object.entries(shared.shading_labels).map(([value, label]) => ({value, label}))
+        .filter(({value}) => value !== "texture" || model.texture);
     fillChoices(element("shading"), choices, shading, (value) => set({shading: value}));
     showSteps();
     if (renderer.device.lost) return reportLoss(next);

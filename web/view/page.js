@@ -1,6 +1,7 @@
 import {BACKGROUNDS, plainBackground} from "../draw/backgrounds.js";
 import {fillChoices, lightBall, listenToDrops} from "./controls.js";
 import {watchDensity} from "../draw/device.js";
+import {shared} from "../model/facts.js";
 import {backgroundName, hasView, listenToHost, tellHost, turnTime} from "./embedding.js";
 import {listenToKeys, listenToPointers} from "./gestures.js";
 import {dismiss, element, fail, root, say, uncover} from "./messages.js";
@@ -103,7 +104,6 @@ function wireGestures() {
         shiftKey ? pan(-0.05 * right, -0.05 * up) : turn(-right / 36, -up / 36)
     );
     const levels = Array.from({length: 9}, (_, i) => [i + 1, () => goToLevel(i + 1)]);
-    const shadings = Object.entries({p: "phong", g: "studio", n: "normal", d: "depth", x: "steps", t: "texture"});
     listenToKeys({
         ArrowLeft: arrow(-1, 0),
         ArrowRight: arrow(1, 0),
@@ -119,7 +119,7 @@ function wireGestures() {
         h: () => element("fold").click(),
         Escape: dismiss,
         ...Object.fromEntries(levels),
-        ...Object.fromEntries(shadings.map(([key, shading]) => [key, () => shade(shading)])),
+        ...Object.fromEntries(Object.entries(shared.shading_keys).map(([key, shading]) => [key, () => shade(shading)])),
     });
 }
 

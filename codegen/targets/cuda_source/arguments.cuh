@@ -12,10 +12,11 @@ struct Arguments {
     double least_psnr = 40.0;
 };
 
-// Names of the shadings without "data", the last one.
+// Names of the shadings without "data".
 inline std::string shadings() {
-    std::string names = SHADINGS[0];
-    for (int i = 1; i < SHADE_DATA; ++i) names += std::string(", ") + SHADINGS[i];
+    std::string names;
+    for (const char *name : SHADINGS)
+        if (name != SHADINGS[SHADE_DATA]) names += (names.empty() ? "" : ", ") + std::string(name);
     return names;
 }
 

@@ -7,16 +7,16 @@
 #include "floor_distance.glsl"
 #include "key_light.glsl"
 #include "openness.glsl"
-#include "studio.glsl"
+#include "softbox.glsl"
 #include "floor_color.glsl"
 // colors.cuh: the color of a pixel in main.glsl, in two parts: without and with the gradient at the ray's end.
 
-// The studio's floor in a pixel whose ray missed the surface, or the background where the ray misses the floor too.
+// The floor in a pixel whose ray missed the surface, or the background where the ray misses the floor too.
 __device__ inline vec3 floor_or_background(const Settings &s, int pixel) {
     vec3 background_color = background(s.center(pixel), s.resolution, s.background_bottom, s.background_top);
     vec3 eye = s.eye(), direction = s.direction(pixel);
     float t = floor_distance(eye, direction, s.ground);
-    if (s.shading != SHADE_STUDIO || t <= 0.0f) return background_color;
+    if (s.shading != SHADE_SOFTBOX || t <= 0.0f) return background_color;
     vec3 p = eye + t * direction, toward = key_light(s.light, s.camera);
     vec3 open = openness(p, vec3(0.0f, 1.0f, 0.0f), toward, s.ground, true);
     return srgb(floor_color(linear(background_color), p, toward, open, eye.y - s.ground));
@@ -40,10 +40,10 @@ __host__ __device__ inline bool shades_hits(const Settings &s) {
 __device__ inline vec4 surface_color(const Settings &s, vec3 direction, float t, vec3 gradient, vec3 albedo) {
     const int steps = 0;  // only plain() shows steps
     vec3 normal = normalize(gradient);
-    if (s.shading == SHADE_STUDIO) {
+    if (s.shading == SHADE_SOFTBOX) {
         vec3 p = s.eye() + t * direction, key = key_light(s.light, s.camera);
         vec3 open = openness(p, normal, key, s.ground, false);
-        return vec4(srgb(studio(linear(albedo), normal, -direction, key, open, delta[0], p.y - s.ground)), 1.0f);
+        return vec4(srgb(softbox(linear(albedo), normal, -direction, key, open, delta[0], p.y - s.ground)), 1.0f);
     }
     vec3 toward = normalize(mat3(s.camera) * s.light);
     return vec4(shade(s.shading, normal, direction, t, length(s.eye()), steps, albedo, toward,

@@ -1,4 +1,4 @@
-"""The studio's floor and light: openness against formulas, and the shader's pictures against NumPy."""
+"""The shading softbox: openness against formulas, and the shader's pictures against NumPy."""
 
 import re
 from collections.abc import Iterator
@@ -90,7 +90,7 @@ def test_the_floor_is_darkest_where_the_shape_stands() -> None:
 @pytest.mark.parametrize("elevation", [15, 60])
 def test_the_shader_s_floor_is_numpy_s(ball: Renderer, elevation: float) -> None:
     camera, program = Camera(0, elevation), lower(fitted_model())
-    picture = ball.render((SIDE, SIDE), camera, RenderOptions(shade="studio", background=WHITE))
+    picture = ball.render((SIDE, SIDE), camera, RenderOptions(shade="softbox", background=WHITE))
     eye, directions, _ = camera.rays(SIDE, SIDE)
     on_floor = (picture[..., 3] == 0) & (directions[..., 1] < 0)
     along = directions[on_floor]
@@ -120,7 +120,7 @@ def test_passes_evaluate_the_floor_where_the_corners_of_its_blocks_differ(osmesa
     side, program, camera = 128, lower(fitted_model()), Camera(0, 35)
     shader = glsl330.bake(fitted_model(), passes=True)
     renderer = Renderer(osmesa, shader)
-    picture = renderer.render((side, side), camera, RenderOptions(shade="studio", background=WHITE))[::-1]
+    picture = renderer.render((side, side), camera, RenderOptions(shade="softbox", background=WHITE))[::-1]
     renderer.release()
     eye, directions, _ = camera.rays(side, side)
     along = directions[::-1]
@@ -154,8 +154,10 @@ def test_passes_evaluate_the_floor_where_the_corners_of_its_blocks_differ(osmesa
 
 def test_from_below_there_is_no_floor(ball: Renderer) -> None:
     camera = Camera(0, -40)
-    studio, phong = (ball.render((SIDE, SIDE), camera, RenderOptions(shade=shading)) for shading in ("studio", "phong"))
-    np.testing.assert_array_equal(studio[..., 3], phong[..., 3])
+    softbox, phong = (
+        ball.render((SIDE, SIDE), camera, RenderOptions(shade=shading)) for shading in ("softbox", "phong")
+    )
+    np.testing.assert_array_equal(softbox[..., 3], phong[..., 3])
     behind = phong[..., 3] == 0
-    np.testing.assert_array_equal(studio[behind], phong[behind])
-    assert not np.array_equal(studio, phong)
+    np.testing.assert_array_equal(softbox[behind], phong[behind])
+    assert not np.array_equal(softbox, phong)

@@ -1,4 +1,4 @@
-"""Long Shadertoy texts have the studio: the renderer's picture, and Phong shading by a setting."""
+"""Long Shadertoy texts have the softbox: the renderer's picture, and Phong shading by a setting."""
 
 import re
 from pathlib import Path
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mplicits.codegen.targets import shadertoy_text
 from mplicits.codegen.targets.glsl330 import bake
-from mplicits.codegen.targets.shadertoy_text import STUDIO_SHARE
+from mplicits.codegen.targets.shadertoy_text import SOFTBOX_SHARE
 from mplicits.model.model import Model
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
@@ -35,8 +35,8 @@ def psnr(ours: NDArray[np.floating], theirs: NDArray[np.floating]) -> float:
 
 
 def compare(osmesa: Context, model: Model, elevation: float, least: float) -> None:
-    """Assert that a text's studio equals the renderer's by `least` dB, and not its Phong; both without colors."""
-    text = literal_text(model, "studio")
+    """Assert that a text's softbox equals the renderer's by `least` dB, and not its Phong; both without colors."""
+    text = literal_text(model, "softbox")
     for knob, value in (("BOTTOM", "vec3(1)"), ("TOP", "vec3(1)"), ("VIEW", f"vec2(30., {elevation:.1f})")):
         text = re.sub(rf"#define {knob} .*", f"#define {knob} {value}", text)
     text = re.sub(r"#define COLOR(\(c\))? .*", r"#define COLOR\1 vec3(.8, .74, .66)", text)
@@ -44,42 +44,42 @@ def compare(osmesa: Context, model: Model, elevation: float, least: float) -> No
     renderer = Renderer(osmesa, bake(model))
     pictures = [
         renderer.render(SIZE, Camera(30, elevation), RenderOptions(shade=shading, background=WHITE, plain=True))
-        for shading in ("studio", "phong")
+        for shading in ("softbox", "phong")
     ]
     renderer.release()
-    studio, phong = (image[..., :3] for image in pictures)
-    assert np.percentile(np.abs(ours - studio), 95) < OFF
-    assert psnr(ours, studio) > max(least, psnr(ours, phong) + 3)
+    softbox, phong = (image[..., :3] for image in pictures)
+    assert np.percentile(np.abs(ours - softbox), 95) < OFF
+    assert psnr(ours, softbox) > max(least, psnr(ours, phong) + 3)
 
 
 @pytest.mark.slow
-def test_the_studio_equals_the_renderer_s(osmesa: Context) -> None:
+def test_softbox_equals_the_renderer_s(osmesa: Context) -> None:
     """A ball with few edges from below the floor, and a knot that shades itself from above."""
     compare(osmesa, BALL, -30.0, 34)
     compare(osmesa, demo(), 20.0, 28)
 
 
-def test_a_scene_has_the_studio(osmesa: Context, tmp_path: Path) -> None:
+def test_a_scene_has_the_softbox(osmesa: Context, tmp_path: Path) -> None:
     """Three rough balls on a plate; at their edges, normals by differences differ."""
     compare(osmesa, composed(tmp_path, SCENE, widths=(8, 12)), 20.0, 24)
 
 
 def test_a_setting_selects_phong(osmesa: Context) -> None:
-    text = literal_text(BALL, "studio")
-    knob = "#define STUDIO 1"
+    text = literal_text(BALL, "softbox")
+    knob = "#define SOFTBOX 1"
     assert text.count(knob) == 1
     phong = picture(osmesa, literal_text(BALL, "phong"))
-    np.testing.assert_array_equal(picture(osmesa, text.replace(knob, "#define STUDIO 0")), phong)
+    np.testing.assert_array_equal(picture(osmesa, text.replace(knob, "#define SOFTBOX 0")), phong)
     assert np.abs(picture(osmesa, text) - phong).mean() > 2
 
 
 @pytest.mark.parametrize("width", [16, 44])
-def test_only_long_texts_have_the_studio_by_default(width: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_long_texts_have_softbox_by_default(width: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shadertoy_text, "savings", lambda *_: shadertoy_text.Savings())
     model = random_model((width, 2), (width, 2))
-    default, phong, studio = (SHADERTOY(model, "literal", 7, shade=shade) for shade in (None, "phong", "studio"))
-    assert "STUDIO" not in phong
-    assert "#define STUDIO 1" in studio
-    allowed = len(studio) <= (1 + STUDIO_SHARE) * len(phong)
+    default, phong, softbox = (SHADERTOY(model, "literal", 7, shade=shade) for shade in (None, "phong", "softbox"))
+    assert "SOFTBOX" not in phong
+    assert "#define SOFTBOX 1" in softbox
+    allowed = len(softbox) <= (1 + SOFTBOX_SHARE) * len(phong)
     assert allowed == (width == 44)
-    assert default == (studio if allowed else phong)
+    assert default == (softbox if allowed else phong)

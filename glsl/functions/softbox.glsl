@@ -1,8 +1,8 @@
-// studio(): the surface under a large key light and a sky, above a floor that reflects light; linear light.
+// softbox(): the surface under a large key light and a sky, above a floor that reflects light; linear light.
 // Above 0.6, a shoulder compresses values that would be clipped to 1 (phong.glsl).
 // albedo: linear; normal, view (to the eye), light (to the key light): length 1, model space; open: openness(); delta:
 // half-width of level 1's band; height: above the floor, model units.
-vec3 studio(vec3 albedo, vec3 normal, vec3 view, vec3 light, vec3 open, float delta, float height) {
+vec3 softbox(vec3 albedo, vec3 normal, vec3 view, vec3 light, vec3 open, float delta, float height) {
     // A surface inside level 1's is in a crease that level 1 lacks.
     float sky = open.x * clamp(1.0 + 0.6 * open.z / delta, 0.5, 1.0);
     // A light as large as a fifth of its distance is still visible slightly below the horizon.
