@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from mplicits.codegen.targets.uniforms import SHADING_PICTURES
 from mplicits.viewer.draw.context import Context
 from support.paths import ROOT
 
@@ -38,6 +39,19 @@ def test_links_resolve(page: Path) -> None:
 def test_named_paths_exist(page: Path) -> None:
     paths = [path for path in PATH.findall(page.read_text("utf-8")) if not path.startswith(OUTSIDE)]
     assert not [path for path in paths if not (ROOT / path).exists()]
+
+
+@pytest.mark.parametrize("page", ["viewer.md", "web.md"])
+def test_docs_list_the_shadings_and_their_keys(page: str) -> None:
+    text = (ROOT / "docs" / page).read_text("utf-8")
+    assert f"| {', '.join(shading.label for shading in SHADING_PICTURES)} |" in text
+    assert f" {' '.join(shading.key for shading in SHADING_PICTURES)} |".lower() in text.lower()
+
+
+def test_docs_list_the_names_of_shadings() -> None:
+    row = re.search(r"^\| `shade` \|.*", (ROOT / "docs" / "engines.md").read_text("utf-8"), re.MULTILINE)
+    assert row
+    assert set(re.findall(r"`(\w+)`", row[0])) == {"shade", *(shading.name for shading in SHADING_PICTURES)}
 
 
 def test_index_lists_every_page() -> None:

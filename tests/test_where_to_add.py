@@ -5,13 +5,21 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from PIL import Image
 
 from mplicits.model.model_file import save
+from support.browser import visit
+from support.fitted_model import fitted_model
 from support.paths import ROOT
 from support.random_model import random_model
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
 
 pytestmark = pytest.mark.slow
 
@@ -19,6 +27,7 @@ LEFT_OUT = shutil.ignore_patterns(".*", "out", "docs", "tests", "benchmarks", "e
 READER = '''"""Reads a made-up format: numbers, three a point."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -70,6 +79,20 @@ class Copy:
         return run.stdout
 
 
+def pixels(path: Path) -> NDArray[np.uint8]:
+    """Return the sRGB of a picture, (height, width, 3)."""
+    with Image.open(path) as image:
+        return np.asarray(image.convert("RGB"))
+
+
+def mirrored(first: NDArray[np.uint8], second: NDArray[np.uint8]) -> bool:
+    """Whether the middles of two pictures, which have no background, are alike with red and blue exchanged."""
+    height, width, _ = first.shape
+    middle = slice(3 * height // 8, 5 * height // 8), slice(3 * width // 8, 5 * width // 8)
+    a, b = (picture[middle].astype(np.int16) for picture in (first, second))
+    return bool(np.abs(a - b[..., ::-1]).max() <= 2 < np.abs(a - b).max())
+
+
 @pytest.fixture
 def copy(tmp_path: Path) -> Copy:
     return Copy(tmp_path)
@@ -95,6 +118,28 @@ def test_a_target(copy: Copy) -> None:
     copy.run("bake", "m.safetensors", "--target", "made_up")
     assert (copy.folder / "m.made").read_text() == f"{model.parameters()}\n"
     assert "made_up" in copy.run("bake", "--help")
+
+
+def test_a_shading(copy: Copy, browser: "Browser") -> None:
+    end = ')\n"""The index is the value of the uniform `shading`."""'
+    copy.insert("codegen/targets/uniforms.py", end, '    Shading("made_up", "Made up", "E"),\n')
+    copy.insert("glsl/functions/shadings.glsl", "const int SHADE_DATA", "const int SHADE_MADE_UP = 7;\n")
+    line = "    if (shading == SHADE_MADE_UP) return 0.5 + 0.5 * normal.zyx;\n"
+    copy.insert("glsl/functions/shade.glsl", "    if (shading == SHADE_TEXTURE)", line)
+    save(fitted_model(), copy.folder / "m.safetensors")
+    for shade in ("normal", "made_up"):
+        copy.run("render", "m.safetensors", "--shade", shade, "--size=64", "--context=osmesa", "-o", f"{shade}.png")
+    assert mirrored(*(pixels(copy.folder / f"{shade}.png") for shade in ("normal", "made_up")))
+    for verb in ("render", "view"):
+        assert "texture,softbox,made_up" in "".join(copy.run(verb, "--help").split())
+    copy.run("bake", "m.safetensors", "--target", "html")
+    with visit(browser, copy.folder / "m.html") as visited:
+        assert visited.page.locator("#shading label").all_inner_texts()[-1] == "Made up"
+        visited.page.keyboard.press("n")
+        normal = visited.saved()
+        visited.page.keyboard.press("e")
+        assert visited.page.input_value("#shading input:checked") == "made_up"
+        assert mirrored(normal, visited.saved())
 
 
 def test_a_weight_of_the_loss_is_not_ignored_by_the_page(copy: Copy) -> None:
