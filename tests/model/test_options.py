@@ -17,7 +17,7 @@ class Drawing(Options):
     """A schema with a field of each type."""
 
     size: int = option(512, "pixels", metavar="N", least=8, most=4096)
-    shade: str = option("phong", "shading", choices=("phong", "normal"))
+    shade: str = option("phong", "shading", choices=("phong", "normal"), old={"gouraud": "phong"})
     no_cull: bool = option(False, "keep all 100%", excludes="scale")
     camera: tuple[float, float] | tuple[float, float, float] | None = option(None, "angles")
     steps: tuple[int, ...] | None = option(None, "steps", least=1)
@@ -40,6 +40,13 @@ def parsed(*argv: str) -> Command:
     command = read(Command, parser.parse_args(argv))
     assert isinstance(command, Command)
     return command
+
+
+def test_an_earlier_name_of_a_choice_works_with_a_note(capsys: pytest.CaptureFixture[str]) -> None:
+    assert Drawing(shade="gouraud").shade == parsed("m", "--shade", "gouraud").shade == "phong"
+    assert capsys.readouterr().err == 2 * "mplicits: note: --shade gouraud is now --shade phong\n"
+    with pytest.raises(UserError, match=r"choose from phong, normal$"):
+        Drawing(shade="flat")
 
 
 def test_the_command_line_reads_each_type_and_writes_it_again() -> None:

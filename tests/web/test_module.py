@@ -1,6 +1,7 @@
 """The module of a model: its text, and its element <mplicits-view> in browsers."""
 
 import gzip
+import io
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -8,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import mplicits
 from mplicits.bake.registry import TARGETS
@@ -94,6 +96,31 @@ def test_elements_in_chromium(browser: "Browser", tmp_path: Path) -> None:
         visit_page(page)
         size = page.evaluate("async () => (await of('first').toBlob()).size")
         assert size > 500
+
+
+@pytest.mark.slow
+def test_the_earlier_name_of_softbox_works_with_a_warning(browser: "Browser", tmp_path: Path) -> None:
+    body = BODY.split("<mplicits", maxsplit=1)[0] + '<mplicits-view id="first"></mplicits-view>'
+    with opened(browser, tmp_path, body) as page:
+        lines = list[str]()
+        page.on("console", lambda message: lines.append(message.text))
+        told(page, "first", "load")
+        shots = []
+        for shade in ("softbox", "studio", "phong"):
+            png = page.evaluate(
+                """async (shade) => {
+                    of("first").shade = shade;
+                    return [...new Uint8Array(await (await of("first").toBlob()).arrayBuffer())];
+                }""",
+                shade,
+            )
+            shots.append(np.asarray(Image.open(io.BytesIO(bytes(png))).convert("RGB"), np.float64))
+    softbox, studio, phong = shots
+    assert np.abs(softbox - studio).mean() < 0.5, "grids of cells that come meanwhile move rays a little"
+    assert np.abs(softbox - phong).mean() > 5
+    assert [line for line in lines if line.startswith("mplicits")] == [
+        'mplicits-view: shade="studio" is now shade="softbox"'
+    ]
 
 
 @pytest.mark.slow
