@@ -136,13 +136,12 @@ def table(rows: Sequence[Row]) -> list[str]:
         for row in sorted(same, key=lambda row: -row.size):
             if not any(beats(other, row) for other in same) and (not shown or APART * row.size < shown[-1].size):
                 shown.append(row)
-        for row in reversed(shown):
+        for place, row in enumerate(reversed(shown)):
             color = "" if row.color is None else f"{row.color:.1f}"
             seconds = "" if row.seconds is None else f", {row.seconds:.0f} s"
-            lines.append(
-                f"| {method} | {row.setting}{seconds} | {row.size:,} | {row.distance:.2e} | {row.angle:.2f} |"
-                + f" {color} |" * colored
-            )
+            cells = ["" if place else method, f"{row.setting}{seconds}", f"{row.size:,}"]
+            cells += [f"{row.distance:.2e}", f"{row.angle:.2f}", *([color] if colored else [])]
+            lines.append(f"| {' | '.join(cells)} |")
     return lines
 
 

@@ -147,8 +147,16 @@ def training_rows(runs: list[dict[str, Any]]) -> Iterable[Sequence[object]]:
 def glsl_section(found: dict[str, Any]) -> list[str]:
     """Format the section about GLSL."""
     lines = ["## GLSL", "", f"{found.get('renderer', 'not measured')}; one ray per pixel."]
-    columns = ("model", "storage", "shade", "width", "height", "fps", "gpu_ms", "compile_seconds")
-    lines += table(columns, ([frame[column] for column in columns] for frame in found.get("frames", [])))
+    columns, figures = ("model", "storage", "shade"), ("fps", "gpu_ms", "compile_seconds")
+    frames = (
+        (
+            *(frame[column] for column in columns),
+            f"{frame['width']}x{frame['height']}",
+            *(frame[key] for key in figures),
+        )
+        for frame in found.get("frames", [])
+    )
+    lines += table((*columns, "size", "fps", "GPU, ms", "compiling, s"), frames)
     late = [f"{case['model']}, {case['storage']}, {case['late']}" for case in found.get("skipped", [])]
     if late:
         lines += [f"Without a frame: {'; '.join(dict.fromkeys(late))}.", ""]
@@ -201,13 +209,14 @@ def gpu_page(stages: Stages, note: str = "") -> list[str]:
         "",
         "## CUDA",
         "",
-        "PSNR against the GLSL renderer's picture, 256 x 256, one ray per pixel.",
+        "PSNR, dB, against the GLSL renderer's picture, 256 x 256, one ray per pixel.",
     ]
     checks = of.get("check", {}).get("checks", [])
-    lines += table(
-        ("model", "schedule", "variant", "PSNR, dB"),
-        ((c["model"], c["schedule"], c["variant"], c["psnr"]) for c in checks),
-    )
+    of_way = {(c["model"], c["schedule"], c["variant"]): c["psnr"] for c in checks}
+    drawn = dict.fromkeys(way[:2] for way in of_way)
+    variants = ("simple", "fused", "layered")
+    rows = ((*case, *(of_way.get((*case, variant)) for variant in variants)) for case in drawn)
+    lines += table(("model", "schedule", *variants), rows)
     sanitized = of.get("sanitizer", {})
     if isinstance(tools := sanitized.get("tools", sanitized.get("missing")), str):
         lines += [tools, ""]
