@@ -80,7 +80,7 @@ _NAMES = {"distance": "distance", "angle": "normals", "color": "colors"}
 
 
 def _bytes(size: float) -> str:
-    return "none of its files" if np.isinf(size) else f"{size:,.0f}"
+    return "none" if np.isinf(size) else f"{size:,.0f}"
 
 
 def losses(name: str, rows: Sequence[Row]) -> list[str]:
