@@ -6,7 +6,6 @@ from numpy.typing import NDArray
 from mplicits.field.interpret import nested_field
 from mplicits.ir.program import Program
 from mplicits.viewer.draw.camera import Camera
-from oracles.dense import dense_march
 
 STOP = 0.05
 """Pixels: a ray that passes the surface closer than this may count as a hit or not (glsl/functions/march.glsl)."""
@@ -56,13 +55,3 @@ def along_surface(
     value, reached = nested_field(program, points, len(program.bands))
     near = (reached == len(program.bands)) & (np.abs(value) <= STOP * footprint * t.ravel())
     return np.asarray(near.reshape(t.shape).all(axis=1))
-
-
-def closest_approach(program: Program, camera: Camera, side: int) -> NDArray[np.float32]:
-    """Return how close each ray of a picture of side x side pixels comes to the last level's surface.
-
-    The result is (side, side), top row first, in pixels: 0 where the ray meets the surface.
-    """
-    eye, directions, footprint = camera.rays(side, side)
-    closest, _ = dense_march(program, eye, directions.reshape(-1, 3), len(program.bands), footprint)
-    return closest.reshape(side, side)

@@ -231,15 +231,12 @@ def main() -> None:
         "",
         f"{options.views} views of {options.side} x {options.side}, all levels. Evaluations: of each level's network, "
         f"in thousands, on every {THIN}th pixel in each direction. Multiply-adds: of tracing, as a fraction of the "
-        "plain schedule's. Gradients and colors at the end of a ray are the same and not counted.",
+        "plain schedule's, without gradients and colors at the end of a ray.",
         "",
-        "- Plain: steps as long as the free sphere. Relaxed: the default, with the grid of cells, over-relaxed steps "
-        "and Newton's steps ([method](../method.md#fewer-evaluations)).",
-        "- In one file: shaders that stand alone, with few cells and narrow bands in their text. Shadertoy: the steps "
-        f"of its text (networks up to {WIDEST} wide).",
-        "- Lost, extra: rays that end apart from the plain schedule's were marched densely. Lost rays miss a part of "
-        f"the shape; extra rays hit although they pass at over {STOP:g} pixel. The four numbers are the four ways. "
-        "Cells: seconds to find them.",
+        "- Plain: steps as long as the free sphere. Relaxed: the default ([method](../method.md#fewer-evaluations)). "
+        f"In one file: shaders that stand alone. Shadertoy: the steps of its text (networks up to {WIDEST} wide).",
+        "- Lost rays miss a part of the shape, by dense marching; extra rays hit although they pass at over "
+        f"{STOP:g} pixel. The four numbers are the four ways. Cells: seconds to find them.",
         "",
         "| model | levels | evaluations: plain | relaxed | multiply-adds | in one file | Shadertoy | rays hit | lost "
         "| extra | cells, s |",

@@ -186,10 +186,8 @@ def main() -> None:
         )
     page.add(
         "",
-        "Columns `web page` and `Shadertoy`: bytes of the output of `bake`. Off by: distance between the surfaces of "
-        "model and mesh, mean of both directions, in radii; normals by: degrees. First against the curved surface that "
-        "was trained, then against the mesh's flat faces ([figures](training.md#what-the-figures-mean)). "
-        "A model that moves has mean abs f and the angle of its normals instead.",
+        "Web page, Shadertoy: bytes. Off by, normals by, flat: [figures](training.md#what-the-figures-mean), radii and "
+        "degrees; of a model that moves, mean abs f and the angle of its normals.",
         "",
         "Pages to save and open in a browser, without a network: "
         + ", ".join(f"[{name}.html]({folder.name}/{name}.html)" for name in pages)

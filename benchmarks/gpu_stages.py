@@ -8,7 +8,7 @@ from functools import partial
 from gpu_commands import DEVICE, REHEARSAL, run
 from gpu_cuda import check, counters, sanitizer, table2
 from gpu_glsl import glsl
-from gpu_learning import PHOTO_SECONDS, normals, photos, step, train
+from gpu_learning import train
 from gpu_page import page
 from gpu_wgsl import wgsl
 from stages import Results
@@ -51,12 +51,9 @@ STAGES: dict[str, tuple[float, Callable[[Results], None]]] = {
     "glsl": (90, glsl),
     "sanitizer": (60, sanitizer),
     "armadillo": (150, partial(train, "armadillo")),
-    "step": (70, step),
-    "normals": (60, normals),
     "counters": (120, counters),
     "wgsl": (60, wgsl),
     "page": (150, page),
-    "photos": (50 + 3 * PHOTO_SECONDS, photos),
     "lucy": (145, partial(train, "lucy", beside=False)),
 }
 """Name of a stage -> time limit in seconds, function; the most valuable stage first."""

@@ -2,13 +2,12 @@
 
     python benchmarks/on_gpu.py                            # all stages, the most valuable first, as far as time allows
     python benchmarks/on_gpu.py --minutes 4 --rest REPORT  # the stages that an earlier report.json has not done
-    python benchmarks/on_gpu.py photos wgsl                # these stages
+    python benchmarks/on_gpu.py table2 wgsl                # these stages
     python benchmarks/on_gpu.py --rehearse                 # tiny cases on a CPU: CUDA compiled by g++, llvmpipe
 
 pack_for_gpu.py gathers what the machine may lack in out/gpu, and pack_browser.py the browser of the stage `page` in
 out/browser; both have to travel with the checkout. Three files in FOLDER ($OUT, or out/gpu/results) hold all results
 (stages.py); results_of_gpu.py turns them into pages.
-MPLICITS_PHOTO_SECONDS in the environment: seconds of each learning of the stage photos (default 50).
 """
 
 import argparse

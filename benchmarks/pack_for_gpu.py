@@ -4,7 +4,7 @@
 
 wheels/    packages that PyTorch does not bring, for that version of Python
 lib/       the loaders of OpenGL and Vulkan; the driver is the machine's own
-data/      the shapes and photographs of the data's folder that the stages of on_gpu.py read
+data/      the shapes of the data's folder that the stages of on_gpu.py read
 models/    the models of Table 2, trained on Armadillo in few steps: speed depends on their widths, not on their quality
 pictures/  reference pictures of the CUDA programs, drawn by the GLSL renderer on software OpenGL
 programs/  the CUDA programs, compiled for --arch, each gzip-compressed; only where nvcc is installed
@@ -45,7 +45,7 @@ WHEELS = (
 GLIBC = (28, 27, 17, 5)
 """Minor versions of glibc 2 whose wheels are taken."""
 LIBRARIES = ("libEGL.so.1", "libGLdispatch.so.0", "libvulkan.so.1")
-SHAPES = ("meshes/armadillo.ply", "meshes/lucy.ply", "dtu_scan24")
+SHAPES = ("meshes/armadillo.ply", "meshes/lucy.ply")
 STEPS = {"64x2": 800, "128x2": 600, "256x2": 400, "256x4": 400}
 """Optimizer steps of a level."""
 SIDES = (256, 40)
@@ -75,11 +75,8 @@ def copy_files() -> None:
         shutil.copyfile(found[name], PACK / "lib" / name)
     for shape in SHAPES:
         target = PACK / "data" / shape
-        if (DATA / shape).is_dir():
-            shutil.copytree(DATA / shape, target, dirs_exist_ok=True, copy_function=shutil.copyfile)
-        else:
-            target.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(DATA / shape, target)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(DATA / shape, target)
 
 
 def draw_references() -> None:

@@ -141,7 +141,7 @@ class Comparison:
         normals: Surface | None,
     ) -> Row:
         coded = code(mesh, bits, normals)
-        setting = f"{setting}, {bits} bits, {'no ' if normals is None else ''}normals"
+        setting = f"{setting}, {bits} bits{'' if normals is None else ', normals'}"
         return self._row(method, setting, coded.size, coded.decoded.surface())
 
     def _painted_meshes(self) -> Iterator[Row]:
@@ -172,7 +172,7 @@ class Comparison:
             small = meshes.simplified(mesh, count)
             bits = round(np.log2(count) / 2 + 4)
             coded = meshes.draco(small, bits)
-            setting = f"{len(small.faces):,} triangles, {bits} bits, no normals"
+            setting = f"{len(small.faces):,} triangles, {bits} bits"
             yield self._row("Poisson", setting, coded.size, coded.decoded.surface(), seconds)
 
     def _paint(self, picture: Picture | None) -> Paint | None:

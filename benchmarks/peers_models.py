@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from contenders import trained, training_settings
 from mplicits.bake.registry import TARGETS
 from mplicits.codegen.targets import shadertoy
 from mplicits.codegen.targets.shadertoy_text import shader_text
@@ -17,13 +16,16 @@ from mplicits.field.bits import fewest_bits
 from mplicits.field.pack import packed
 from mplicits.ir.lower import lower
 from mplicits.mesher.extract import extract_model
+from mplicits.mesher.surface_line import loose_components
 from mplicits.model import gallery
 from mplicits.model.model import Model, shape_of
 from mplicits.model.model_file import load, save, to_bytes
 from mplicits.readers.values import Doubles, Integers
+from mplicits.trainer import settings
 from mplicits.trainer.progress import TrainingBar
 from mplicits.trainer.settings import PRESETS, Settings
 from mplicits.trainer.shapes.shape import Shape
+from mplicits.trainer.suited_omegas import with_suited_omegas
 from mplicits.trainer.train import Training
 from mplicits.web import tiny_page
 from mplicits.web.weights import short_weights
@@ -99,10 +101,17 @@ def of_gallery(names: Sequence[str]) -> Iterator[Named]:
 def ours(shape: Shape, name: str, shelf: Shelf) -> Iterator[Named]:
     """Train a shape in all sizes. name: of the shape."""
     for size, levels in SIZES.items():
-        chosen = training_settings(levels, ",".join(map(str, STEPS)))
-        chosen = replace(chosen, packed=PRESETS[size].packed)
+        networks, packed_weights = settings.networks(levels), PRESETS[size].packed
+        omegas = settings.omegas(None, networks)
+        chosen = Settings(networks, omegas, STEPS, texture=False, packed=packed_weights)
         key = f"{name}-{size}"
-        yield _named(key, size, shelf.model(key, partial(trained, shape, chosen)))
+        yield _named(key, size, shelf.model(key, partial(_trained, shape, chosen)))
+
+
+def _trained(shape: Shape, chosen: Settings) -> Model:
+    """Train as `mplicits train` does."""
+    suited = with_suited_omegas(shape, chosen)
+    return Training(shape, suited, TrainingBar(quiet=True), components=loose_components).run()
 
 
 def siren(shape: Shape, name: str, shelf: Shelf) -> Named:
@@ -116,10 +125,9 @@ def siren(shape: Shape, name: str, shelf: Shelf) -> Named:
 
 
 def _named(key: str, size: str, model: Model) -> Named:
-    """Describe a model by its size, levels, and steps."""
+    """Describe a model by its size and levels."""
     levels = ",".join(shape_of(level.network) for level in model.levels)
-    steps = ",".join(str(record["steps"]) for record in model.provenance["levels"])
-    return Named(key, f"{size}{' ' * bool(size)}{levels}, {steps} steps", model)
+    return Named(key, f"{size} {levels}".strip(), model)
 
 
 def files(method: str, named: Named, shelf: Shelf) -> Iterator[Result]:

@@ -16,31 +16,28 @@ from protocol import Page, machine
 SHOWN = ("spot-small", "spot")
 """Models of the gallery whose pages are counted."""
 HEAD = (
-    f"Distance: mean of the distances of {SAMPLES:,} points of each surface to the other, in radii of the shape. "
-    "Normals: mean angle between the normals of these points and of the nearest ones. Colors: root mean square "
-    "difference, of 255. The true surface is what `mplicits train` learns: the file's, curved except at creases of "
-    f"{CREASE:g} degrees. Smaller is better everywhere.",
+    f"Distance: mean of the distances of {SAMPLES:,} points of each surface to the other, radii of the shape. Normals: "
+    "mean angle at these points, degrees. Colors: root mean square difference, of 255. The true surface is what "
+    f"`mplicits train` learns: the file's, curved except at creases of {CREASE:g} degrees.",
     "",
-    f"- Ours: measured through the mesh of a grid of {models.GRID}^3, with the field's normals and colors. File: "
-    "float32. Packed file: `mplicits pack`. Shadertoy text: in gzip. Page and tiny page: the whole file, with its "
-    "viewer. Spot's models are the gallery's.",
-    "- Draco and meshopt: the true surface, simplified by quadrics (MeshLab), quantized to the bits of the setting, "
-    f"without a container. Draco: level 10, normals of {meshes.NORMAL_BITS} bits. meshopt: normals of 8 bits, in gzip. "
-    "No normals: the decoder computes them, smooth but for creases. Decoders are not counted.",
+    f"- Ours: `small` and `base` with {','.join(map(str, models.STEPS))} steps; of Spot, the gallery's models. "
+    f"Measured through a mesh of {models.GRID}^3 cells, with the field's normals and colors. Files: float32; packed: "
+    "`mplicits pack`. Text: in gzip. Pages: with their viewer.",
+    "- Draco (level 10) and meshopt (in gzip): the true surface, simplified by quadrics (MeshLab), without a "
+    f"container. Normals where the setting says so ({meshes.NORMAL_BITS} bits in Draco, 8 in meshopt); "
+    "else the decoder computes them, smooth but for creases. Decoders are not counted.",
     f"- SDF texture: 8 bits, distances up to {volumes.NEAR:g} texels, trilinear, in gzip. Poisson: screened, from "
-    f"{volumes.CLOUD:,} points of the true surface with their normals, octree of depth {volumes.DEPTH}, simplified, in "
-    "Draco; with the processor's seconds of the reconstruction.",
-    "- One SIREN: a network of about as many weights as the preset `base`, trained by our trainer, without colors. "
-    "Settings of models have levels, and steps of training.",
-    "- Rows that another row of their method beats in all columns are left out, and of close ones, all but one.",
+    f"{volumes.CLOUD:,} points with normals, depth {volumes.DEPTH}, in Draco; processor seconds.",
+    "- One SIREN: about as many weights, and as many steps, as `base`; by our trainer, without colors.",
+    "- Left out: rows that another of their method beats in all columns, and of close ones all but one.",
 )
 VERDICT = (
-    "Bytes with which Draco reaches each error of ours, on the front of all its files, interpolated; each error has a "
-    "front of its own. It holds where the largest of these is not below ours."
+    "Bytes with which Draco reaches each error of ours, interpolated between its files. It holds where the largest of "
+    "these is not below ours."
 )
 LOSSES = (
-    "Bytes with which a method reaches all errors of our packed file, where they are fewer than ours; and errors that "
-    "no file of ours reaches, with the smallest file of each method that does."
+    "Bytes with which a method reaches all errors of our packed file, where they are fewer; and errors that no file of "
+    "ours reaches, with the smallest file of each method that does."
 )
 WEB = "Scripts without comments, in gzip. Ours hold the shape; three.js's parts do not."
 
@@ -59,9 +56,9 @@ def write(path: Path, found: Mapping[str, Sequence[Row]], decoder: Path | None) 
         picture = path.with_name(f"peers-{name}.svg")
         draw(picture, name, rows)
         page.add("", f"## {name}", "", f"![{name}: errors against bytes]({picture.name})", "", *table(rows))
-    page.add("", f"## Our packed files against Draco's, from {FROM:,} bytes on", "", VERDICT)
+    page.add("", f"## Our packed files against Draco's, from {FROM:,} bytes on", "", VERDICT, "")
     for name, rows in found.items():
-        page.add("", f"**{name}**", "", *verdict(rows))
+        page.add(*verdict(name, rows))
     page.add("", "## Where we lose", "", LOSSES, "")
     for name, rows in found.items():
         page.add(*losses(name, rows))

@@ -57,7 +57,7 @@ def bytes_for(rows: Sequence[Row], like: Row) -> float:
     return max(fitting(rows, wanted, error) for error in ERRORS if (wanted := getattr(like, error)) is not None)
 
 
-def verdict(rows: Sequence[Row]) -> list[str]:
+def verdict(name: str, rows: Sequence[Row]) -> list[str]:
     """Say for every packed file of ours, from FROM bytes on, whether Draco's is smaller at equal errors."""
     lines = []
     for row in rows:
@@ -72,7 +72,7 @@ def verdict(rows: Sequence[Row]) -> list[str]:
             if (wanted := getattr(row, error)) is not None
         )
         word = "holds" if row.size <= needed else "**does not hold**"
-        lines.append(f"- {row.setting}: {word}. Ours: {row.size:,} bytes. {peer}: {single} of ours.")
+        lines.append(f"- {name}, {row.setting}: {word}. Ours: {row.size:,} bytes. {peer}: {single} of ours.")
     return lines
 
 
@@ -80,7 +80,7 @@ _NAMES = {"distance": "distance", "angle": "normals", "color": "colors"}
 
 
 def _bytes(size: float) -> str:
-    return "none of its files" if np.isinf(size) else f"{size:,.0f}"
+    return "none" if np.isinf(size) else f"{size:,.0f}"
 
 
 def losses(name: str, rows: Sequence[Row]) -> list[str]:
@@ -121,10 +121,14 @@ def _shown(row: Row, error: str) -> str:
 
 
 def table(rows: Sequence[Row]) -> list[str]:
-    """Return the table of a shape: for each method, rows from few bytes to many, without those that others beat."""
+    """Return the table of a shape: for each method, rows from few bytes to many, without those that others beat.
+
+    A shape without colors has no column of them.
+    """
+    colored = any(row.color is not None for row in rows)
     lines = [
-        "| method | setting | bytes | distance | normals, degrees | colors |",
-        "| --- | --- | ---: | ---: | ---: | ---: |",
+        f"| method | setting | bytes | distance | normals |{' colors |' * colored}",
+        f"| --- | --- | ---: | ---: | ---: |{' ---: |' * colored}",
     ]
     for method in dict.fromkeys(row.method for row in rows):
         same = [row for row in rows if row.method == method]
@@ -132,12 +136,12 @@ def table(rows: Sequence[Row]) -> list[str]:
         for row in sorted(same, key=lambda row: -row.size):
             if not any(beats(other, row) for other in same) and (not shown or APART * row.size < shown[-1].size):
                 shown.append(row)
-        for row in reversed(shown):
+        for place, row in enumerate(reversed(shown)):
             color = "" if row.color is None else f"{row.color:.1f}"
-            seconds = "" if row.seconds is None else f"; {row.seconds:.0f} s of the processor"
-            lines.append(
-                f"| {method} | {row.setting}{seconds} | {row.size:,} | {row.distance:.2e} | {row.angle:.2f} | {color} |"
-            )
+            seconds = "" if row.seconds is None else f", {row.seconds:.0f} s"
+            cells = ["" if place else method, f"{row.setting}{seconds}", f"{row.size:,}"]
+            cells += [f"{row.distance:.2e}", f"{row.angle:.2f}", *([color] if colored else [])]
+            lines.append(f"| {' | '.join(cells)} |")
     return lines
 
 

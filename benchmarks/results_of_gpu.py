@@ -3,7 +3,7 @@
     python benchmarks/results_of_gpu.py FOLDER... [--pages docs/results]
 
 FOLDER: where on_gpu.py wrote its report; a stage that is done in a later folder replaces that of an earlier one.
-Writes gpu.md, table2.md where Table 2 was measured, and the pages of train_step.py and table9.py on the GPU.
+Writes gpu.md, and table2.md where Table 2 was measured.
 """
 
 import argparse
@@ -147,8 +147,16 @@ def training_rows(runs: list[dict[str, Any]]) -> Iterable[Sequence[object]]:
 def glsl_section(found: dict[str, Any]) -> list[str]:
     """Format the section about GLSL."""
     lines = ["## GLSL", "", f"{found.get('renderer', 'not measured')}; one ray per pixel."]
-    columns = ("model", "storage", "shade", "width", "height", "fps", "gpu_ms", "compile_seconds")
-    lines += table(columns, ([frame[column] for column in columns] for frame in found.get("frames", [])))
+    columns, figures = ("model", "storage", "shade"), ("fps", "gpu_ms", "compile_seconds")
+    frames = (
+        (
+            *(frame[column] for column in columns),
+            f"{frame['width']}x{frame['height']}",
+            *(frame[key] for key in figures),
+        )
+        for frame in found.get("frames", [])
+    )
+    lines += table((*columns, "size", "fps", "GPU, ms", "compiling, s"), frames)
     late = [f"{case['model']}, {case['storage']}, {case['late']}" for case in found.get("skipped", [])]
     if late:
         lines += [f"Without a frame: {'; '.join(dict.fromkeys(late))}.", ""]
@@ -196,21 +204,19 @@ def gpu_page(stages: Stages, note: str = "") -> list[str]:
     lines += [
         "layered has the plain schedule and takes every ray to its end; fused is relaxed.",
         "",
-        "The extrapolation multiplies the time of a frame by the card's measured float32 rate over that of the slow "
-        "card: it assumes that the shader uses the same share of either card. The rate is first multiplied by the "
-        "measured share of the card that fragment shaders get.",
+        "The extrapolation assumes that the shader uses the same share of either card's float32 rate; the measured "
+        "card's is first multiplied by the share that its fragment shaders get.",
         "",
         "## CUDA",
         "",
-        "PSNR against the picture of the GLSL renderer, 256 x 256, one ray per pixel.",
+        "PSNR, dB, against the GLSL renderer's picture, 256 x 256, one ray per pixel.",
     ]
     checks = of.get("check", {}).get("checks", [])
-    lines += table(
-        ("model", "schedule", "variant", "PSNR, dB"),
-        ((c["model"], c["schedule"], c["variant"], c["psnr"]) for c in checks),
-    )
-    builds = of.get("check", {}).get("builds", [])
-    lines += table(("model", "nvcc, s"), ((b["model"], b["seconds"]) for b in builds))
+    of_way = {(c["model"], c["schedule"], c["variant"]): c["psnr"] for c in checks}
+    drawn = dict.fromkeys(way[:2] for way in of_way)
+    variants = ("simple", "fused", "layered")
+    rows = ((*case, *(of_way.get((*case, variant)) for variant in variants)) for case in drawn)
+    lines += table(("model", "schedule", *variants), rows)
     sanitized = of.get("sanitizer", {})
     if isinstance(tools := sanitized.get("tools", sanitized.get("missing")), str):
         lines += [tools, ""]
@@ -228,8 +234,7 @@ def gpu_page(stages: Stages, note: str = "") -> list[str]:
     lines += [
         "## Training",
         "",
-        "Where both devices are listed, they train at once, on half of the cores each. "
-        "Seconds: until the mean |f| that the CPU's training of the same length ends with.",
+        "Two devices train at once, on half of the cores each. Seconds: to the mean |f| with which the CPU ends.",
     ]
     runs = [run for shape in ("armadillo", "lucy") for run in of.get(shape, {}).get("runs", [])]
     lines += table(
@@ -238,28 +243,7 @@ def gpu_page(stages: Stages, note: str = "") -> list[str]:
     )
     lines += wgsl_section(of.get("wgsl", {}))
     lines += browser_lines(of.get("page", {}))
-    if "photos" in of:
-        lines += photographs_section(of["photos"])
-    lines += [
-        "## Stages",
-        *table(
-            ("stage", "status", "seconds", "errors"),
-            ((n, s["status"], s["seconds"], len(s["results"].get("errors", []))) for n, s in stages.items()),
-        ),
-    ]
     return lines
-
-
-def photographs_section(found: dict[str, Any]) -> list[str]:
-    """Format the section about photographs."""
-    lines = ["## Photographs", ""]
-    lines += [
-        "The seconds of ours include reading the photographs and finishing the model; those of NeuS only learning."
-    ]
-    ours = [("ours", found["ours"])] if "ours" in found else []
-    neus = [(f"NeuS's network, {run['factor']:g} times its rate", run) for run in found.get("neus", [])]
-    rows = ((name, run["steps"], run["psnr"], run["seconds"]) for name, run in (*ours, *neus))
-    return [*lines, *table(("scan 24, 400 x 300 pixels", "steps", "held-out PSNR, dB", "seconds"), rows)]
 
 
 def browser_lines(found: dict[str, Any]) -> list[str]:
@@ -271,8 +255,8 @@ def browser_lines(found: dict[str, Any]) -> list[str]:
         lines.append(f"{tried['way']}: WebGL: {tried['webgl']}; WebGPU: {webgpu}.")
     lines += [
         "",
-        "Seconds until the page shows a picture, and until that is refined. Then a turntable: pictures per second, as "
-        "the page chooses their pixels, and with all pixels.",
+        "Seconds to a picture, and to the refined one. Turntable: pictures per second, with the pixels that the page "
+        "chooses, and with all.",
     ]
     keys = ("page", "width", "height", "drawn", "still", "fps_auto", "pixels_auto", "fps_1", "storage")
     names = (
@@ -288,8 +272,8 @@ def browser_lines(found: dict[str, Any]) -> list[str]:
     )
     lines += table(names, ([entry[key] for key in keys] for entry in found.get("pages", [])))
     lines += [
-        "The studio trains its first example: on the GPU, where the page finds that faster after 20 steps of both, and "
-        "by the workers alone. Difference: the largest of a loss on the GPU from the workers', relative."
+        "The studio trains its first example: on the GPU, where that is faster after 20 steps of both, and by the "
+        "workers alone. Difference: the largest relative one of a loss."
     ]
     columns = ("gpu", "workers", "gpu_ms", "workers_ms", "difference")
     recorded = [(training, all(map(is_trained, training["stages"]))) for training in found.get("trainings", [])]
@@ -328,9 +312,6 @@ def main() -> None:
     if stages.get("table2", {}).get("results", {}).get("rows"):
         machine = describe(stages.get("machine", {}).get("results", {}))
         pages["table2.md"] = "\n".join(table2_page(stages["table2"]["results"], machine))
-    for stage in ("step", "normals"):
-        found = stages.get(stage, {}).get("results", {})
-        pages |= {name: text for name, text in found.items() if name.endswith(".md")}
     for name, text in pages.items():
         (options.pages / name).write_text(text.rstrip() + "\n", encoding="utf-8")
         print(options.pages / name)

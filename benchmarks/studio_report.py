@@ -70,8 +70,8 @@ def table_rows(name: str, preset: str, result: Result) -> list[str]:
     colors, shown = "" if np.isnan(page.colors) else ratio(lambda row: row.colors), f"{name}, `{preset}`"
     return [
         line(f"{shown} | page", page),
-        line(f"{shown} | train", command),
-        f"| {shown} | page / train | {ratio(lambda row: row.seconds)} | {ratio(lambda row: row.steps)} | "
+        line(" | train", command),
+        f"| | page / train | {ratio(lambda row: row.seconds)} | {ratio(lambda row: row.steps)} | "
         f"{ratio(lambda row: row.flat_f)} | {ratio(lambda row: row.flat_angle)} | {ratio(lambda row: row.curved_f)} | "
         f"{ratio(lambda row: row.curved_angle)} | {ratio(lambda row: row.chamfer)} | | {colors} |",
     ]
@@ -103,14 +103,14 @@ def report(output: Path, changed: str, repeat: int, rows: list[str], page_rows: 
         f"machine; the same preset, seconds and seed{f', medians of {repeat}' if repeat > 1 else ''}. "
         "The gear is the page's example, the rope its built-in shape (`mplicits train demo`).",
         "",
-        "- Seconds: from the drop to the end, or of the whole command, which starts Python and also surveys the "
-        "surface. Steps: of the last level.",
-        f"- Mean abs f, in radii of the shape, and mean angle between gradient and normal, in degrees, at {POINTS:,} "
-        "points: on the file's flat faces; on the curved surface that both sides make of them and train (`--crease`). "
-        "The rope's file is the page's mesh; `train` knows the exact shape.",
+        "- Seconds: from the drop to the end, or of the whole command with its survey of the surface. Steps: of the "
+        "last level.",
+        f"- Mean abs f, radii of the shape, and mean angle between gradient and normal, degrees, at {POINTS:,} points: "
+        "on the file's flat faces, and on the curved surface that both sides train (`--crease`). The rope's file is "
+        "the page's mesh; `train` knows the exact shape.",
         f"- Chamfer: to the file's faces, squared L2, {SAMPLES:,} samples on each side, marching cubes at 512^3, "
-        "divided by its floor, that of two samplings of the file. Components: closed ones of that surface.",
-        "- Colors: mean squared error at the same points, sRGB in [0, 1].",
+        "divided by that of two samplings of the file. Components: of that surface. Colors: mean squared error, sRGB "
+        "in [0, 1].",
         "",
         "| shape | by | seconds | steps | flat: mean abs f | flat: angle | curved: mean abs f | curved: angle | "
         "Chamfer of the floor | components | colors |",
@@ -119,9 +119,8 @@ def report(output: Path, changed: str, repeat: int, rows: list[str], page_rows: 
         "",
         "## What a visitor sees",
         "",
-        "Seconds from the drop to the mesh's picture, and to the first picture of the field. Longest block: the "
-        "longest time between two ticks of a timer of 10 ms, from the drop to the end. Memory: peaks of the page's "
-        "process, and of all processes of the browser, whose shared pages count several times.",
+        "Seconds from the drop to the pictures of mesh and field. Longest block: between two ticks of a timer of 10 "
+        "ms. Memory: peaks of the page's process, and of all of the browser, whose shared pages count several times.",
         "",
         "| shape | mesh, s | field, s | longest block, ms | page, MB | browser, MB |",
         "| --- |" + " ---: |" * 5,

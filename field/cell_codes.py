@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 OVERESTIMATE = 1.3
 """Assumed largest ratio of |f| to the distance: a cell is empty if |f| in its middle exceeds this times the distance to
-its corner. Trained fields reach 1.66 in slits that they close (docs/results/field.md), but not near their own surface:
+its corner. Trained fields reach 1.66 in slits that they close, but not near their own surface:
 benchmarks/frames.py counts lost rays."""
 REACH = OVERESTIMATE * np.sqrt(3) / 2
 """Largest absolute value of a cell, in edges of a cell: the value at which the surface may just touch the cell."""

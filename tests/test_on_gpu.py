@@ -145,7 +145,6 @@ def test_pages_show_the_numbers_and_the_goals(tmp_path: Path) -> None:
     assert "| 64x2 | 4096 | 2.5 | 0.5 | 800 | 1e-06 |" in page
     assert "| simple | 1920x1080 | 50 | 20 |" in page
     assert "| lucy | base | cuda | 100 | 0.0002 | 7 | 9 |" in page
-    assert "| wgsl | done | 2 | 0 |" in page
     assert "Vulkan: WebGL: a card; WebGPU: maker old." in page
     assert "EGL: WebGL: none; WebGPU: none." in page
     assert "| spot | 1920 | 1080 | 0.5 |  | 30 | 5000 | 4 | literal |" in page

@@ -105,12 +105,12 @@ def test_bytes_at_equal_errors() -> None:
     assert fitting(theirs, 1e4, "distance") == pytest.approx(1000)
     mine = Row(PACKED, "base", 10_000, 1e4 / 9000**2, 1e4 / 12_000, None)
     assert bytes_for(theirs, mine) == pytest.approx(12_000)
-    (line,) = verdict([mine, *theirs])
+    (line,) = verdict("ball", [mine, *theirs])
     assert "base: holds" in line
     assert "9,000 for the distance, 12,000 for the normals" in line
     assert not losses("ball", [mine, *rows("meshopt", 1.0)])[0].startswith("- ball, base")
     larger = replace(mine, size=13_000)
-    assert "does not hold" in verdict([larger, *theirs])[0]
+    assert "does not hold" in verdict("ball", [larger, *theirs])[0]
     assert f"{DRACO} 12,000" in losses("ball", [larger, *theirs])[0]
 
 
@@ -118,3 +118,5 @@ def test_table_leaves_out_beaten_rows() -> None:
     worse = Row(DRACO, "worse", 5000, 1.0, 20.0, None)
     lines = table([*rows(DRACO, 1.0), worse])
     assert [line.split("|")[2].strip() for line in lines[2:]] == ["1000", "4000", "16000"]
+    assert {line.count("|") for line in lines} == {6}, "no shape has colors"
+    assert {line.count("|") for line in table([replace(worse, color=3.0), worse])} == {7}

@@ -1,7 +1,7 @@
 """Hyperparameters of training, in one place; the user's options are in options.py and settings.py.
 
-Lengths are in model units (the shape fits the unit sphere). Values without another source were tuned on the shapes of
-docs/results/field.md. Nothing here needs torch.
+Lengths are in model units (the shape fits the unit sphere). Values without another source were tuned on Stanford and
+Thingi meshes (docs/lessons.md). Nothing here needs torch.
 """
 
 from dataclasses import dataclass, replace
