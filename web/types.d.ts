@@ -1,0 +1,376 @@
+// The types that several scripts share, and what pages hold. JSDoc gives the types of functions and of modules' own data.
+// Arrays of vectors are flat: (3 N) are N vectors.
+
+type Numbers = ArrayLike<number>;
+/** [x, y, z], or red, green, blue from 0 to 1, sRGB. */
+type Vector = number[];
+type Up = "x" | "y" | "z" | "-x" | "-y" | "-z";
+
+// Models.
+
+interface Layer {
+    rows: number;
+    columns: number;
+    /** (rows, columns). */
+    weight: Float32Array;
+    bias: Float32Array;
+}
+type Network = Layer[];
+interface Bounds {
+    step_bound: number;
+    band_step_bound: number;
+}
+interface Level {
+    /** Missing in a scene. */
+    network: Network;
+    delta: number;
+    iterations: number;
+    bounds: Bounds;
+}
+/** What parseModel() reads. */
+interface Model {
+    name: string;
+    inputs: "xyz" | "xyzt";
+    /** Azimuth and elevation, degrees. */
+    front: number[] | null;
+    credit: string;
+    levels: Level[];
+    /** In a scene: whether it has colors. */
+    texture: Network | null;
+    /** Number of weights and biases. */
+    parameters: number;
+}
+/** A model on the stage. */
+interface ShownModel extends Model {
+    /** Height of its lowest point. */
+    ground: number;
+    /** Of a scene. */
+    field?: PrintedField;
+    /** Number of a scene's. */
+    shapes?: number;
+    /** Whether it is under training. */
+    isUnfinished?: boolean;
+    /** URL of a picture. */
+    poster?: string | null;
+}
+/** Iterations of loops in one evaluation of the field. */
+interface Loops {
+    /** By level. */
+    value: number[];
+    /** By level. */
+    gradient: number[];
+    texture: number;
+}
+interface PrintedField {
+    text: string;
+    texels: Float32Array | null;
+    /** Of the texture, rows. */
+    height: number;
+    loops: Loops;
+}
+/** Points near the surface (3 N), and the field there (N). */
+interface Probes {
+    points: number[];
+    values: number[];
+}
+
+// The view.
+
+interface Camera {
+    /** Degrees. */
+    azimuth: number;
+    elevation: number;
+    /** Model units; null fits the unit sphere. */
+    distance: number | null;
+    target: Vector;
+}
+interface Options {
+    level: number;
+    /** null: the same as `level`. */
+    normalLevel: number | null;
+    shading: string;
+    /** Factor on the model's own. */
+    iterations: number;
+    /** Pixels per pixel of the canvas along each axis. */
+    resolution: number | "auto";
+    time: number;
+    /** Direction in camera space. */
+    light: Vector;
+    /** Bottom and top. */
+    background: Vector[];
+}
+/** Draws in a canvas: the renderer, or what stands in for it. */
+interface Drawer {
+    show(camera: Camera, options: Options, moving: boolean): void;
+}
+
+// What Python writes into pages (web/facts.py, web/page.py, web/studio_page.py).
+
+interface Shared {
+    format: {
+        name: string;
+        version: number;
+        widest: number;
+        most_iterations: number;
+        step_bounds: (keyof Bounds)[];
+        default_step_bound: number;
+        training: string;
+    };
+    packed: {
+        widest: number;
+        offset: number;
+        bias: number;
+        change: number;
+        weights_of_a_byte: number;
+        most_weights: number;
+        widest_bell: number;
+        finest: number;
+        coarsest: number;
+        total: number;
+        quarters: number[];
+    };
+    /** Ending of a file -> what it holds. */
+    shapes: Record<string, string>;
+    /** Widest layer, and how weights up to it are stored. */
+    storages: [number, string][];
+    texture_width: number;
+    unroll: number;
+    plain: string;
+    /** Of uniforms. */
+    defaults: Record<string, number[]>;
+    shadings: string[];
+    cells: {
+        first: number;
+        counts: {first: number; second: number; last: number};
+        many: number;
+        too_many: number;
+        moments: number;
+        overestimate: number;
+        reach: number;
+        empty: number;
+        missed: number;
+        lookups: number;
+    };
+    samples: {share: number; plenty: number; power: number; steepest: number; block: number};
+    period: number;
+    passes: string[];
+    floor_block: number;
+    loop_limit: number;
+    studio_evaluations: number;
+    least_steps: number;
+    camera: {azimuth: number; elevation: number; fov: number; margin: number; zoom: [number, number]};
+}
+interface Facts {
+    shared: Shared;
+    mplicits: string;
+    name: string;
+    sha256: string;
+    front?: number[];
+    credit?: string;
+    ground: number;
+    shade: string;
+    storage: string;
+    /** Probes. */
+    points: number[];
+    values: number[];
+    /** Of a scene: its model without name, front and credit; the field; number and bytes of the texels. */
+    scene?: Pick<ShownModel, "inputs" | "parameters" | "shapes" | "texture" | "levels"> & {
+        text: string;
+        loops: Loops;
+        texels: number;
+        size: number;
+    };
+    /** Of an ES module. */
+    shaders: Record<string, string>;
+    poster?: string;
+    weights: string;
+    /** Pattern of GLSL's words. */
+    reserved: string;
+    studio: StudioFacts;
+}
+interface StudioFacts {
+    config: Config;
+    presets: Record<string, {label: string; levels: string; packed: boolean; seconds: number}>;
+    preset: string;
+    /** Degrees. */
+    crease: number;
+    /** Settings of every training, for tests. */
+    fixed: Partial<Settings> | null;
+    omegas: number[];
+    omega_width: number;
+    /** Width, depth, omega. */
+    texture: [number, number, number];
+    limits: {width: number; depth: number; levels: number};
+    upright: Record<Up, number[][]>;
+    endings: string[];
+    plain: Vector;
+    viewer: Record<"policy" | "accept" | "open" | "hint" | "description", string>;
+    tiny: Record<string, string>;
+}
+type LossWeights = Record<
+    "value" | "normal" | "eikonal" | "distance" | "excess" | "lacking" | "length" | "near",
+    number
+>;
+/** `TrainingConfig` of trainer/config.py. */
+interface Config {
+    loss: {first_level: LossWeights; residual: LossWeights; late: number; late_value: number};
+    step: Record<
+        "batch" | "rate" | "rate_width" | "output_factor" | "output_factor_per_delta" | "residual_output",
+        number
+    >;
+    sampling: SamplingConfig;
+    mining: MiningConfig;
+    texture: Record<"batch" | "colors_per_sample" | "rate" | "output_factor" | "smoothness", number>;
+    measuring: {points: number; band_points: number; tracing: TracingConfig};
+    budget: Record<"residual" | "texture" | "least", number>;
+    bend: BendConfig;
+}
+type SamplingConfig = Record<
+    | "largest_pool"
+    | "smallest_pool"
+    | "pool_per_step"
+    | "pool_per_second"
+    | "first_band"
+    | "first_band_share"
+    | "ball_radius"
+    | "corner_share"
+    | "largest_distance"
+    | "stray_candidates"
+    | "stray_suspects"
+    | "strays"
+    | "stray_error"
+    | "stray_share",
+    number
+>;
+interface MiningConfig extends
+    Record<
+        | "longest"
+        | "share"
+        | "exact_share"
+        | "first_share"
+        | "candidates"
+        | "first_candidates"
+        | "first_reach"
+        | "suspects"
+        | "near"
+        | "excess"
+        | "least_distance"
+        | "wrong_sign"
+        | "spread"
+        | "fewest",
+        number
+    > {
+    schedule: number[];
+}
+type TracingConfig = Record<
+    | "rays"
+    | "rounds"
+    | "worst"
+    | "aside"
+    | "turn"
+    | "inside"
+    | "step_share"
+    | "shortest"
+    | "longest"
+    | "samples"
+    | "expected_samples"
+    | "least_bound",
+    number
+>;
+interface BendConfig extends Record<"points" | "nearest" | "farthest" | "smooth" | "rough", number> {
+    omegas: number[];
+}
+
+// Trainings.
+
+/** A network's size without padding; depth: hidden layers. */
+interface Layout {
+    width: number;
+    depth: number;
+}
+/** A network's size in the kernel. */
+interface KernelNetwork extends Layout {
+    outputs: number;
+}
+interface Settings {
+    levels: Layout[];
+    texture: Layout;
+    /** Of the levels, then of the texture. */
+    omegas: number[];
+    /** Whether the omegas are the preset's. */
+    isUsual: boolean;
+    /** Of the levels, then of the texture; null trains for `seconds`. */
+    steps: number[] | null;
+    seconds: number;
+    packed: boolean;
+    /** Degrees; null keeps the facets flat. */
+    crease: number | null;
+    seed: number;
+    isOnGpu?: boolean;
+}
+interface TrainedNetwork {
+    network: KernelNetwork;
+    layout: Layout;
+    /** In the kernel's order. */
+    weights: Float32Array;
+    steps: number;
+    share: number;
+    loss: number;
+    restarts: number;
+    seconds: number;
+}
+interface TrainedLevel extends TrainedNetwork {
+    delta: number;
+    lipschitz: number;
+    stepBound: number;
+    bandStepBound: number;
+    meanF: number;
+    distance: number;
+    angle: number;
+}
+/** A training's networks. */
+interface Trained {
+    levels: TrainedLevel[];
+    texture: TrainedNetwork | null;
+}
+
+// What pages hold beside their scripts.
+
+interface PageElements {
+    axes: SVGSVGElement;
+    detail: HTMLSelectElement;
+    file: HTMLInputElement;
+    iterations: HTMLInputElement;
+    mesh: HTMLCanvasElement;
+    more: HTMLDetailsElement;
+    panel: HTMLFormElement;
+    pause: HTMLButtonElement;
+    play: HTMLButtonElement;
+    poster: HTMLImageElement;
+    save: HTMLButtonElement;
+    settings: HTMLFormElement;
+    time: HTMLInputElement;
+    trained: HTMLProgressElement;
+    view: HTMLCanvasElement;
+}
+interface Document {
+    /** Pages have the elements that their scripts name. */
+    getElementById<K extends string>(id: K): K extends keyof PageElements ? PageElements[K] : HTMLElement;
+}
+/** The page around a packed page, and its HTML (view/unpacker.js). */
+declare var packedPage: {outer: string; html: string};
+/** The weights of a tiny page (tiny/unpack.js). */
+declare var packed: Uint8Array<ArrayBuffer>;
+declare function stop(reason: unknown): void;
+/** Of a tiny page: see tiny/draw.js. */
+declare const NETWORKS: [
+    type: "float" | "vec3",
+    name: string,
+    layers: [number, number, number, number, number, number[]][],
+    outputs: [number, number, number][],
+][];
+declare const VIEW: [number, number];
+declare const MOVES: boolean;
+declare const SHADER: string;
+declare const GPUBufferUsage: Record<string, number>;
+declare const GPUMapMode: Record<string, number>;
