@@ -6,7 +6,17 @@ type Numbers = ArrayLike<number>;
 type Vector = number[];
 type Up = "x" | "y" | "z" | "-x" | "-y" | "-z";
 
+interface Array<T> {
+    /** As array[i], which is not undefined for places that exist. */
+    at(index: number): T;
+}
+
 // Models.
+
+interface Tensor {
+    shape: number[];
+    values: Float32Array;
+}
 
 interface Layer {
     rows: number;
@@ -17,6 +27,7 @@ interface Layer {
 }
 type Network = Layer[];
 interface Bounds {
+    [key: string]: number;
     step_bound: number;
     band_step_bound: number;
 }
@@ -39,11 +50,6 @@ interface Model {
     texture: Network | null;
     /** Number of weights and biases. */
     parameters: number;
-}
-/** A model on the stage. */
-interface ShownModel extends Model {
-    /** Height of its lowest point. */
-    ground: number;
     /** Of a scene. */
     field?: PrintedField;
     /** Number of a scene's. */
@@ -52,6 +58,11 @@ interface ShownModel extends Model {
     isUnfinished?: boolean;
     /** URL of a picture. */
     poster?: string | null;
+}
+/** A model on the stage. */
+interface ShownModel extends Model {
+    /** Height of its lowest point. */
+    ground: number;
 }
 /** Iterations of loops in one evaluation of the field. */
 interface Loops {
@@ -72,6 +83,59 @@ interface PrintedField {
 interface Probes {
     points: number[];
     values: number[];
+}
+
+// Programs: what a model computes, as a few ops on vectors packed in vec4 (print/lower_model.js).
+
+/** A map that has every name asked for. */
+interface Table<Value> extends Map<string, Value> {
+    get(name: string | null | undefined): Value;
+    has(name: string | undefined): boolean;
+}
+interface Constant {
+    /** A multiple of 4, as columns. */
+    rows: number;
+    /** 0 for a vector. */
+    columns: number;
+    /** (rows, columns). */
+    values: Float32Array;
+}
+type Op =
+    & {
+        result: string;
+        source?: string;
+        left?: string;
+        right?: string;
+        matrix?: string;
+        bias?: string | null;
+        row?: string;
+        offset?: number;
+    }
+    & (
+        /** result = matrix source + bias. */
+        | {kind: "affine"; source: string; matrix: string}
+        /** result = transpose(matrix) source. */
+        | {kind: "transposed"; source: string; matrix: string}
+        | {kind: "sine" | "cosine"; source: string}
+        /** result = left * right. */
+        | {kind: "product"; left: string; right: string}
+        /** result = dot(row, source) + offset, a scalar. */
+        | {kind: "dot"; source: string; row: string; offset: number}
+    );
+/** A function. */
+interface Code {
+    name: string;
+    ops: Op[];
+    outputs: string[];
+    /** Numbers of vec4 of values. */
+    blocks: Table<number>;
+}
+interface Lowered {
+    constants: Table<Constant>;
+    /** Of the levels. */
+    values: Code[];
+    gradients: Code[];
+    texture: Code | null;
 }
 
 // The view.
@@ -165,7 +229,7 @@ interface Facts {
     mplicits: string;
     name: string;
     sha256: string;
-    front?: number[];
+    front?: number[] | null;
     credit?: string;
     ground: number;
     shade: string;
@@ -173,13 +237,7 @@ interface Facts {
     /** Probes. */
     points: number[];
     values: number[];
-    /** Of a scene: its model without name, front and credit; the field; number and bytes of the texels. */
-    scene?: Pick<ShownModel, "inputs" | "parameters" | "shapes" | "texture" | "levels"> & {
-        text: string;
-        loops: Loops;
-        texels: number;
-        size: number;
-    };
+    scene?: SceneFacts;
     /** Of an ES module. */
     shaders: Record<string, string>;
     poster?: string;
@@ -187,6 +245,13 @@ interface Facts {
     /** Pattern of GLSL's words. */
     reserved: string;
     studio: StudioFacts;
+}
+/** A scene's model without name, front and credit; its field; number of the texels, and bytes of their numbers. */
+interface SceneFacts extends Pick<ShownModel, "inputs" | "parameters" | "shapes" | "texture" | "levels"> {
+    text: string;
+    loops: Loops;
+    texels: number;
+    size: number;
 }
 interface StudioFacts {
     config: Config;

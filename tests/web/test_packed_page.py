@@ -84,8 +84,9 @@ def test_scripts_lose_only_comments(entry: str) -> None:
 
 
 def test_comments_in_strings_stay() -> None:
-    text = 'const a = "x // y"; // a comment\n    // a line\n    const b = `${a} // ${a}`;\n'
-    assert short_script(text) == 'const a = "x // y";\nconst b = `${a} // ${a}`;\n'
+    comments = "// a comment\n    // a line\n    /** @type {string}\n */\n"
+    text = f'const a = "x // /** y */"; {comments}    const b = `${{a}} // ${{a}}`;\n'
+    assert short_script(text) == 'const a = "x // /** y */";\nconst b = `${a} // ${a}`;\n'
 
 
 PATTERNS = """

@@ -1,8 +1,10 @@
 import {readFloats} from "../model/safetensors.js";
 import {TEXTURE_WIDTH} from "./texels.js";
 
-// Returns a page's own scene in the form of parseModel. Its levels have no networks; `field` is what printField would
-// return, printed by web/scene.py. facts: of the page; buffer: the texels.
+/** Returns a page's own scene in the form of parseModel. Its levels have no networks; `field` is what printField
+ * would return, printed by web/scene.py. buffer: the texels.
+ * @param {Pick<Facts, "name" | "front" | "credit"> & {scene: SceneFacts}} facts @param {ArrayBuffer} buffer
+ * @returns {Model} */
 export function bakedScene({name, front = null, credit = "", scene}, buffer) {
     const {text, loops, texels: count, size, ...more} = scene;
     const height = Math.ceil(count / TEXTURE_WIDTH), texels = new Float32Array(4 * TEXTURE_WIDTH * height);
