@@ -146,7 +146,7 @@ interface Camera {
     elevation: number;
     /** Model units; null fits the unit sphere. */
     distance: number | null;
-    target: Vector;
+    target: readonly number[];
 }
 interface Options {
     level: number;
@@ -162,6 +162,59 @@ interface Options {
     light: Vector;
     /** Bottom and top. */
     background: Vector[];
+}
+/** The grids of cells that let rays skip empty space, as `Cells` of field/cells.py. */
+interface Cells {
+    count: number;
+    half: number;
+    grids: Uint8Array[];
+}
+interface Scene {
+    model: ShownModel;
+    camera: Camera;
+    options: Options;
+    cells?: Cells | null;
+}
+interface Program {
+    program: WebGLProgram;
+    /** Locations of uniforms. */
+    names: Record<string, WebGLUniformLocation | null>;
+    /** Whether it draws blocks of pixels. */
+    inBlocks?: boolean;
+}
+/** A texture that can be drawn to. */
+interface Target {
+    texture: WebGLTexture;
+    framebuffer: WebGLFramebuffer;
+    width: number;
+    height: number;
+}
+/** The model's shader with its weights in one storage. */
+interface Variant {
+    storage: "texture" | "literal";
+    /** By pass. */
+    programs: Record<string, Program>;
+    /** The texture of the weights. */
+    weights: WebGLTexture | null;
+    /** Of the field where the driver limits loops. */
+    loops: Loops | null;
+    /** Milliseconds per pixel, 0 if unknown. */
+    cost: number;
+    /** Whether it has drawn a whole picture. */
+    proven: boolean;
+}
+/** Callbacks of the renderer. */
+interface Listener {
+    loaded(): void;
+    /** A picture is drawn. settled: whether it is complete. */
+    frame(frame: {milliseconds: number; size: number[]; samples: number; settled: boolean}): void;
+    /** Part of the first sample of every pixel is drawn. */
+    progress(size: number[], share: number): void;
+    /** error: of the field; null where it cannot be measured. */
+    stored(storage: string, error: number | null): void;
+    /** Whether a second variant is being compiled and compared. */
+    trying(isTried: boolean): void;
+    failed(error: Error): void;
 }
 /** Draws in a canvas: the renderer, or what stands in for it. */
 interface Drawer {

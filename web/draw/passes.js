@@ -2,6 +2,11 @@ import {shared} from "../model/facts.js";
 import {gridOf} from "./cells.js";
 
 // Draws one sample of a rectangle of pixels with a variant's programs, pass after pass (glsl/passes/near.glsl, ...).
+/**
+ * @import {Device} from "./device.js"
+ * @import {Tile} from "./painter.js"
+ * @import {Uniforms} from "./uniforms.js"
+ */
 const CELL_UNIT = 1; // texture unit of the grid of cells; unit 0 is the default
 export const PLACES_UNIT = 2; // texture unit of the positions of packed samples
 // Texture units of the passes' targets. rays: of near.glsl and trace.glsl; normals: of the first run of normals.glsl;
@@ -12,37 +17,47 @@ const IN_BLOCKS = ["normals", "trace", "color"]; // passes that draw only where 
 const PER_LEVEL = ["delta", "step_bound", "band_step_bound"]; // uniforms that are arrays of floats
 
 export class Passes {
-    // target(): creates a target of the size of the largest rectangle.
+    /** target(): creates a target of the size of the largest rectangle.
+     * @param {Device} device @param {() => Target} target */
     constructor(device, target) {
-        const create = () => (device.float ? target() : null);
-        Object.assign(this, {device, cells: null, rays: create(), normals: create(), later: create(), floor: create()});
+        // Without targets of floats there are none, and one program does all.
+        const create = () => /** @type {Target} */ (device.float ? target() : null);
+        this.device = device;
+        /** @type {Cells & {time: number, texture: WebGLTexture} | null} */
+        this.cells = null;
+        this.rays = create();
+        this.normals = create();
+        this.later = create();
+        this.floor = create();
     }
 
-    // Returns the names of a variant's passes. Literals are text without loops, which a CPU evaluates for every pixel:
-    // passes skip pixels that need no evaluation. A loop over texels skips itself; with a texture, glsl/functions/traced.glsl
-    // does all in one draw.
+    /** Returns the names of a variant's passes. Literals are text without loops, which a CPU evaluates for every
+     * pixel: passes skip pixels that need no evaluation. A loop over texels skips itself; with a texture,
+     * glsl/functions/traced.glsl does all in one draw.
+     * @param {string} storage */
     names(storage) {
         return this.rays && storage === "literal" ? shared.passes : ["anywhere"];
     }
 
-    // Whether a pass draws blocks of pixels with blocks.vert.glsl, only where an earlier pass set the mask.
+    /** Whether a pass draws blocks of pixels with blocks.vert.glsl, only where an earlier pass set the mask.
+     * @param {string} name */
     inBlocks(name) {
         return IN_BLOCKS.includes(name);
     }
 
-    // Returns the macros of a model's passes. A scene has no grid of cells and no first look.
+    /** Returns the macros of a model's passes. A scene has no grid of cells and no first look. @param {Model} model */
     defines({field}) {
         return ["CELLS", "BLOCKS", ...(field ? [] : ["FIRST_LOOK"])].map((macro) => `#define ${macro}\n`).join("");
     }
 
-    // Sets the grids of cells by which the model's rays skip, or null.
+    /** Sets the grids of cells by which the model's rays skip, or null. @param {Cells | null} cells */
     setCells(cells) {
         this.device.gl.deleteTexture(this.cells?.texture ?? null);
         this.cells = cells && {...cells, time: 0, texture: this.device.grid(cells.count)};
-        if (cells) this.device.fill(this.cells.texture, cells.count, cells.grids[0]);
+        if (this.cells) this.device.fill(this.cells.texture, this.cells.count, this.cells.grids[0]);
     }
 
-    // Uploads the grid of a time.
+    /** Uploads the grid of a time. @param {number} time */
     setTime(time) {
         const {cells} = this;
         if (!cells || cells.grids.length === 1 || time === cells.time) return;
@@ -50,11 +65,16 @@ export class Passes {
         cells.time = time;
     }
 
-    // Draws a rectangle [column, row, width, height] of the target `tile`. values: of the uniforms; places: a texture.
+    /** Draws a rectangle [column, row, width, height] of the target `tile`. values: of the uniforms; places: a
+     * texture.
+     * @param {Variant} variant @param {Uniforms & {origin: number[]}} values @param {Tile} rectangle
+     * @param {{tile: Target, places: WebGLTexture}} painter */
     draw({programs, weights}, values, rectangle, {tile, places}) {
         const {gl} = this.device, {rays, normals, later, cells} = this;
         // The current grid: a finer one may exist since `values` was computed.
+        /** @type {Record<string, number | number[]>} */
         const grid = cells && values.skips ? {cell_count: cells.count, cells_half: [cells.half]} : {cell_count: 0};
+        /** @type {(name: string, target: Target, read?: Record<string, Target>, more?: object) => void} */
         const pass = (name, target, read = {}, more = {}) =>
             this.pass(programs[name], {...values, ...grid, ...more}, target, rectangle, read);
         this.setTime(values.time[0]);
@@ -73,21 +93,25 @@ export class Passes {
         pass("behind", tile, {rays, normals});
         const shading = shared.shadings[values.shading];
         if (["steps", "data"].includes(shading)) return;
-        const isStudio = shading === "studio", more = {everywhere: Number(isStudio)};
+        const isStudio = shading === "studio";
+        /** @type {Record<string, number | number[]>} */
+        const more = {everywhere: Number(isStudio)};
         if (isStudio && !values.scattered) more.floor_corner = this.drawFloor(programs.floor, values, rectangle);
         pass("color", tile, {rays, normals, later, gate: rays, floor_light: this.floor}, more);
     }
 
-    // Evaluates the studio's floor at the corners of a rectangle's blocks, and of the blocks around them. Returns the first
-    // corner, in blocks from the picture's lower left corner.
+    /** Evaluates the studio's floor at the corners of a rectangle's blocks, and of the blocks around them. Returns
+     * the first corner, in blocks from the picture's lower left corner.
+     * @param {Program} program @param {Uniforms & {origin: number[]}} values @param {Tile} rectangle */
     drawFloor(program, values, [column, row, width, height]) {
-        const block = (pixel) => Math.floor(pixel / shared.floor_block);
+        const block = (/** @type {number} */ pixel) => Math.floor(pixel / shared.floor_block);
         const [x, y] = [values.origin[0] + column, values.origin[1] + row], corner = [block(x) - 1, block(y) - 1];
-        const size = [block(x + width - 1) + 3 - corner[0], block(y + height - 1) + 3 - corner[1]];
-        this.pass(program, {...values, floor_corner: corner}, this.floor, [0, 0, ...size], {});
+        const columns = block(x + width - 1) + 3 - corner[0], rows = block(y + height - 1) + 3 - corner[1];
+        this.pass(program, {...values, floor_corner: corner}, this.floor, [0, 0, columns, rows], {});
         return corner;
     }
 
+    /** @param {Target[]} targets @param {Tile} rectangle */
     clear(targets, rectangle) {
         const {gl} = this.device;
         gl.enable(gl.SCISSOR_TEST);
@@ -99,7 +123,8 @@ export class Passes {
         gl.disable(gl.SCISSOR_TEST);
     }
 
-    // Binds a texture, or none, to a unit, and selects unit 0 again.
+    /** Binds a texture, or none, to a unit, and selects unit 0 again.
+     * @param {number} unit @param {WebGLTexture | null} texture */
     bind(unit, texture) {
         const {gl} = this.device;
         gl.activeTexture(gl.TEXTURE0 + unit);
@@ -107,7 +132,9 @@ export class Passes {
         gl.activeTexture(gl.TEXTURE0);
     }
 
-    // Draws one program to a rectangle of a target. read: the targets that it reads, by their names in glsl/.
+    /** Draws one program to a rectangle of a target. read: the targets that it reads, by their names in glsl/.
+     * @param {Program} program @param {Record<string, number | number[]>} values @param {Target} target
+     * @param {number[]} rectangle @param {Record<string, Target>} read */
     pass({program, names, inBlocks}, values, {framebuffer}, rectangle, read) {
         const {gl} = this.device, [column, row, width, height] = rectangle;
         gl.useProgram(program);
@@ -121,11 +148,11 @@ export class Passes {
         for (const [name, value] of Object.entries({wanted: [1], everywhere: 0, ...values})) {
             const location = names[name];
             if (!location) continue;
-            if (name === "camera") gl.uniformMatrix4fv(location, false, value);
+            if (typeof value === "number") gl.uniform1i(location, value);
+            else if (name === "camera") gl.uniformMatrix4fv(location, false, value);
             else if (name === "iterations") gl.uniform1iv(location, value);
-            else if (typeof value === "number") gl.uniform1i(location, value);
             else if (PER_LEVEL.includes(name) || value.length === 1) gl.uniform1fv(location, value);
-            else gl[`uniform${value.length}fv`](location, value);
+            else gl[/** @type {"uniform4fv"} */ (`uniform${value.length}fv`)](location, value);
         }
         gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
         gl.viewport(column, row, width, height);
