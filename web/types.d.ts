@@ -399,6 +399,21 @@ interface BendConfig extends Record<"points" | "nearest" | "farthest" | "smooth"
     omegas: number[];
 }
 
+/** A model on the stage, with what comes back after a lost context. */
+interface Current {
+    model: ShownModel;
+    /** Whether the page opens with it. */
+    isOwn?: boolean;
+    probes: Probes;
+    /** Of the second variant; "texture" without one. */
+    storage: string;
+    /** Of the model, or "". */
+    sha256: string;
+    memory: ReturnType<typeof import("./draw/remembered_variant.js").memoryOf>;
+    /** The same with all levels; only after the driver failed at them. */
+    whole?: Current;
+}
+
 // Trainings.
 
 /** A network's size without padding; depth: hidden layers. */
@@ -470,6 +485,10 @@ interface PageElements {
     time: HTMLInputElement;
     trained: HTMLProgressElement;
     view: HTMLCanvasElement;
+}
+interface ParentNode {
+    querySelector<Tag extends keyof HTMLElementTagNameMap>(selectors: Tag): HTMLElementTagNameMap[Tag];
+    querySelector<E extends Element = HTMLElement>(selectors: string): E;
 }
 interface Document {
     /** Pages have the elements that their scripts name. */

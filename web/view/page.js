@@ -38,13 +38,14 @@ import {
     zoom,
 } from "./view.js";
 
-// Connects the controls to the view.
+/** Connects the controls to the view. @param {string} name */
 function setBackground(name) {
     const {tone, bottom, top} = BACKGROUNDS[name] ?? plainBackground(name);
     root.dataset.tone = tone;
     set({background: [bottom, top]});
 }
 
+/** @param {boolean} folded */
 function fold(folded) {
     root.classList.toggle("unfolded", !folded);
     element("fold").setAttribute("aria-expanded", String(!folded));
@@ -64,14 +65,16 @@ function wirePanel() {
     const first = isKnown ? backgroundName : usual;
     fillChoices(element("background"), swatches, first, setBackground);
     setBackground(first);
-    const scales = [["auto", "Auto"], [1, "1"], [0.5, "½"], [0.25, "¼"]].map(([value, label]) => ({value, label}));
+    /** @type {[Options["resolution"], string][]} */
+    const sides = [["auto", "Auto"], [1, "1"], [0.5, "½"], [0.25, "¼"]];
+    const scales = sides.map(([value, label]) => ({value, label}));
     fillChoices(element("resolution"), scales, "auto", (resolution) => set({resolution}));
     lightBall(element("light"), options.light, (light) => set({light}, true));
-    element("iterations").addEventListener("input", ({target}) => {
-        set({iterations: 2 ** Number(target.value)}, true);
+    element("iterations").addEventListener("input", () => {
+        set({iterations: 2 ** Number(element("iterations").value)}, true);
         showSteps();
     });
-    element("time").addEventListener("input", ({target}) => seek(Number(target.value)));
+    element("time").addEventListener("input", () => seek(Number(element("time").value)));
     element("panel").addEventListener("input", uncover, {capture: true});
     element("panel").addEventListener("submit", (event) => event.preventDefault());
 }
@@ -90,15 +93,17 @@ function wireButtons() {
     };
     for (const [id, action] of Object.entries(buttons)) element(id).addEventListener("click", action);
     element("message").querySelector("button").addEventListener("click", dismiss);
-    element("file").addEventListener("change", ({target}) => {
-        openFiles([...target.files]);
-        target.value = "";
+    const file = element("file");
+    file.addEventListener("change", () => {
+        openFiles([...file.files ?? []]);
+        file.value = "";
     });
     listenToDrops(element("drop"), openDropped);
 }
 
 function wireGestures() {
     listenToPointers(canvas, {turn, pan, zoom, reset});
+    /** @type {(right: number, up: number) => (event: KeyboardEvent) => void} */
     const arrow = (right, up) => ({shiftKey}) => (
         shiftKey ? pan(-0.05 * right, -0.05 * up) : turn(-right / 36, -up / 36)
     );
