@@ -221,6 +221,10 @@ interface Drawer {
     show(camera: Camera, options: Options, moving: boolean): void;
 }
 
+/** three.js, of any release. */
+// deno-lint-ignore no-explicit-any
+type Three = any;
+
 // What Python writes into pages (web/facts.py, web/page.py, web/studio_page.py).
 
 interface Shared {
@@ -507,7 +511,8 @@ declare const NETWORKS: [
     outputs: [number, number, number][],
 ][];
 declare const VIEW: [number, number];
-declare const MOVES: boolean;
+/** 0 or 1. */
+declare const MOVES: number;
 declare const SHADER: string;
 declare const GPUBufferUsage: Record<string, number>;
 declare const GPUMapMode: Record<string, number>;

@@ -68,7 +68,7 @@ export class Renderer {
 
     /** See Variants.load; ignores a lost context.
      * @param {ShownModel} model @param {PrintedField} field @param {PrintedField | null} literal
-     * @param {Probes} probes @param {Memory} memory */
+     * @param {Probes} probes @param {Memory | null} memory */
     load(model, field, literal, probes, memory) {
         return this.device.unlessLost(this.variants.load(model, field, literal, probes, memory));
     }

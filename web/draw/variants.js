@@ -32,7 +32,7 @@ export class Variants {
      * variants; literal: null to skip it. probes: {points, values} of the field. memory: see remembered_variant.js.
      * A later call, or a lost context, cancels this one.
      * @param {ShownModel} model @param {PrintedField} field @param {PrintedField | null} literal
-     * @param {Probes} probes @param {Memory} memory */
+     * @param {Probes} probes @param {Memory | null} memory */
     async load(model, field, literal, probes, memory) {
         const {device} = this.painter, generation = ++this.generation;
         const isWanted = () => generation === this.generation && !device.lost;
@@ -50,7 +50,7 @@ export class Variants {
         });
         if (isWanted()) device.unlessLost(this.findCells(model, isWanted)).catch(this.listener.failed);
         const isPossible = literal && device.patient && device.survives(literal.text);
-        if (isWanted() && isPossible && !["texture", "trying"].includes(memory.read() ?? ""))
+        if (isWanted() && memory && isPossible && !["texture", "trying"].includes(memory.read() ?? ""))
             device.unlessLost(this.race(literal, isWanted, memory)).catch(this.listener.failed);
     }
 
