@@ -15,6 +15,9 @@ import {uniforms, withOptions} from "./uniforms.js";
 const LITERAL_LIMIT = 60000, LITERAL_DELAY = 30000;
 
 export class Variants {
+    /** @type {Probes} */
+    probes;
+
     /** @param {Painter} painter @param {Scene} scene load() sets its model
      * @param {Listener & {settled: () => boolean}} listener settled: whether the picture is complete */
     constructor(painter, scene, listener) {
@@ -24,8 +27,6 @@ export class Variants {
         /** @type {Variant | null} The active one. */
         this.current = null;
         this.generation = 0;
-        /** @type {Probes} */
-        this.probes = {points: [], values: []};
     }
 
     /** Loads a model, and resolves when its texture variant is ready. field, literal: from printField for the two
@@ -114,15 +115,17 @@ export class Variants {
         const vertices = (
             /** @type {string} */ name,
         ) => (passes.inBlocks(name) ? painter.vertexShader("blocks") : undefined);
-        const begun = passes.names(storage).map((name) => ({name, ...device.begin(shader(name), vertices(name))}));
-        while (!begun.every((one) => device.isReady(one))) {
+        const begun = passes.names(storage).map((
+            name,
+        ) => /** @type {const} */ ([name, device.begin(shader(name), vertices(name))]));
+        while (!begun.every(([, one]) => device.isReady(one))) {
             await pause(15);
             if (isWanted() && performance.now() - start < limit) continue;
-            if (!device.lost) begun.forEach(({program}) => gl.deleteProgram(program));
+            if (!device.lost) begun.forEach(([, {program}]) => gl.deleteProgram(program));
             return null;
         }
         await device.done(); // a query of the result would wait, and block the page, while the device is busy
-        const programs = Object.fromEntries(begun.map(({name, ...one}) => [
+        const programs = Object.fromEntries(begun.map(([name, one]) => [
             name,
             {...device.finish(one), inBlocks: passes.inBlocks(name)},
         ]));

@@ -25,9 +25,10 @@ export class ElementTree {
         const shadow = host.attachShadow({mode: "open"}), style = new CSSStyleSheet();
         style.replaceSync(STYLE);
         shadow.adoptedStyleSheets = [style];
-        const poster = document.createElement("div"), slot = document.createElement("slot");
-        const image = document.createElement("img"), still = document.createElement("canvas");
-        const note = document.createElement("div");
+        const [poster, slot, image, still, note] =
+            /** @type {[HTMLElement, HTMLSlotElement, HTMLImageElement, HTMLCanvasElement, HTMLElement]} */ (
+                ["div", "slot", "img", "canvas", "div"].map((tag) => document.createElement(tag))
+            );
         poster.className = "poster";
         poster.part = "poster";
         Object.assign(slot, {name: "poster"});

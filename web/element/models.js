@@ -11,7 +11,7 @@ let baked = null;
 export function ownModel() {
     if (baked) return baked;
     const {buffer} = Uint8Array.from(atob(facts.weights), (letter) => letter.charCodeAt(0));
-    const {scene} = facts, model = scene ? bakedScene({...facts, scene}, buffer) : parseModel(buffer, true);
+    const model = facts.scene ? bakedScene(facts, buffer) : parseModel(buffer, true);
     return (baked = {...model, ground: facts.ground, poster: facts.poster});
 }
 

@@ -3,7 +3,7 @@
 /** Returns the names of the functions' constants in order of their first use. @param {Code[]} functions */
 export function constantsOf(functions) {
     const names = functions.flatMap(({ops}) => ops.flatMap(({matrix, bias, row}) => [matrix, bias, row]));
-    return new Set(names.filter((name) => typeof name === "string"));
+    return new Set(/** @type {string[]} */ (names.filter(Boolean)));
 }
 
 /** Returns the right-hand side of an elementwise op; at: prints an operand.

@@ -41,7 +41,7 @@ export function decimalLines(model, digits, nameOf) {
     const texture = model.texture && inDecimals(model.texture, digits);
     const {values, texture: color, constants} = lowered({...model, levels, texture});
     const functions = [...values, ...(color ? [color] : [])].map((code) => ({...code, name: nameOf(code.name)}));
-    const networks = [...levels.map(({network}) => network), ...(texture ? [texture] : [])];
+    const networks = /** @type {ScaledLayer[][]} */ ([...levels.map(({network}) => network), texture]);
     return [
         ...declareLiterals(functions, constants),
         ...functions.flatMap((code, k) => printFunction(code, withScales(code, networks[k].at(-1).scales))),

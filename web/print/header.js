@@ -67,7 +67,7 @@ export function pythonJson(value) {
 /** @param {number} x */
 function pythonFloat(x) {
     const [mantissa, exponent] = x.toExponential().split("e");
-    if (x && (Number(exponent) < -4 || Number(exponent) >= 16))
+    if (x && (+exponent < -4 || +exponent >= 16))
         return `${mantissa}e${exponent.replace(/^([+-])(\d)$/, "$10$2")}`;
     return String(x).includes(".") ? String(x) : `${x}.0`;
 }

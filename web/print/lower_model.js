@@ -95,7 +95,7 @@ function adjoint(key, network) {
 function blocksOf(ops, constants) {
     const blocks = /** @type {Table<number>} */ (new Map([["p", 1]]));
     for (const {kind, result, source, right, matrix} of ops) {
-        const {rows, columns} = constants.get(matrix) ?? {rows: 0, columns: 0};
+        const {rows, columns} = constants.get(matrix) ?? {};
         /** @type {Record<string, number>} */
         const counts = {affine: rows / 4, transposed: columns / 4, dot: 1};
         blocks.set(result, counts[kind] ?? blocks.get(source ?? right));

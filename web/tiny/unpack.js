@@ -6,15 +6,17 @@
         hex = script.text.replace(/[^]{1,1000}/g, (group) => {
             let value = 0n;
             for (const letter of group) {
-                const code = letter.charCodeAt(0);
+                const code = /** @type {any} */ (letter).charCodeAt();
                 value = value * 124n +
                     BigInt(code - 1 - /** @type {any} */ (code > 13) - /** @type {any} */ (code > 60));
             }
             return value.toString(16).padStart(2 * (group.length * .869 | 0), /** @type {any} */ (0));
         });
-    const stream = new Response(
-        Uint8Array.from(/** @type {any} */ (hex.match(/../g)), (digits) => /** @type {any} */ ("0x" + digits)),
-    ).body?.pipeThrough(new DecompressionStream("deflate-raw"));
+    const stream = /** @type {ReadableStream} */ (
+        new Response(
+            Uint8Array.from(/** @type {any} */ (hex.match(/../g)), (digits) => /** @type {any} */ ("0x" + digits)),
+        ).body
+    ).pipeThrough(new DecompressionStream("deflate-raw"));
     self.packed = new Uint8Array(await new Response(stream).arrayBuffer());
     script.type = "";
     [script.text] = new TextDecoder().decode(packed).split("\0"); // which runs it

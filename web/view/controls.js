@@ -6,8 +6,9 @@
 export function fillChoices(fieldset, choices, chosen, onChoose) {
     fieldset.querySelectorAll("label").forEach((label) => label.remove());
     for (const {value, label, paint} of choices) {
-        const row = document.createElement("label"), input = document.createElement("input");
-        const face = document.createElement("span");
+        const [row, input, face] = /** @type {[HTMLElement, HTMLInputElement, HTMLElement]} */ (
+            ["label", "input", "span"].map((tag) => document.createElement(tag))
+        );
         Object.assign(input, {type: "radio", name: fieldset.id, value: String(value), checked: value === chosen});
         input.addEventListener("change", () => onChoose(value));
         if (paint) {

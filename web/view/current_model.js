@@ -41,7 +41,7 @@ const SHADING_LABELS = {
 export function embedded() {
     const {buffer} = Uint8Array.from(atob(element("weights").textContent), (letter) => letter.charCodeAt(0));
     if (!buffer.byteLength) return null;
-    const {scene} = facts, model = scene ? bakedScene({...facts, scene}, buffer) : parseModel(buffer, true);
+    const model = facts.scene ? bakedScene(facts, buffer) : parseModel(buffer, true);
     return reduced({
         model: {...model, ground: facts.ground},
         isOwn: true,

@@ -70,8 +70,8 @@ function wirePanel() {
     const scales = sides.map(([value, label]) => ({value, label}));
     fillChoices(element("resolution"), scales, "auto", (resolution) => set({resolution}));
     lightBall(element("light"), options.light, (light) => set({light}, true));
-    element("iterations").addEventListener("input", () => {
-        set({iterations: 2 ** Number(element("iterations").value)}, true);
+    element("iterations").addEventListener("input", ({target}) => {
+        set({iterations: 2 ** Number(/** @type {HTMLInputElement} */ (target).value)}, true);
         showSteps();
     });
     element("time").addEventListener("input", () => seek(Number(element("time").value)));

@@ -6,7 +6,7 @@
         let value = 0n;
         for (let k = 0; k < group.length; ++k) {
             const code = group.charCodeAt(k);
-            value = 124n * value + BigInt(code - 1 - Number(code > 13) - Number(code > 60));
+            value = 124n * value + BigInt(code - 1 - /** @type {any} */ (code > 13) - /** @type {any} */ (code > 60));
         }
         return value.toString(16).padStart(2 * Math.floor(group.length * 869 / 1000), "0");
     });
