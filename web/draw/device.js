@@ -92,14 +92,15 @@ export class Device {
      * @param {string} fragment */
     begin(fragment, vertex = VERTEX) {
         const gl = this.gl, program = this.made(gl.createProgram());
-        const compiled = (/** @type {number} */ kind, /** @type {string} */ text) => {
+        const shaders = /** @type {[number, string][]} */ (
+            [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]
+        ).map(([kind, text]) => {
             const shader = this.made(gl.createShader(kind));
             gl.shaderSource(shader, text);
             gl.compileShader(shader);
             gl.attachShader(program, shader);
             return shader;
-        };
-        const shaders = [compiled(gl.VERTEX_SHADER, vertex), compiled(gl.FRAGMENT_SHADER, fragment)];
+        });
         gl.linkProgram(program);
         // Without the extension, a query would wait for the compiler; a fence does not.
         const sync = this.parallel ? null : this.made(gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0));
@@ -137,8 +138,7 @@ export class Device {
             );
         }
         shaders.forEach((shader) => gl.deleteShader(shader));
-        /** @type {Program["names"]} */
-        const names = {};
+        const names = /** @type {Program["names"]} */ ({});
         const count = this.lost ? 0 : gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS);
         for (let i = 0; i < count; ++i) {
             const {name} = /** @type {WebGLActiveInfo} */ (gl.getActiveUniform(program, i));

@@ -16,6 +16,8 @@ const TILE_SIDE = 512; // pixels, of the small target
 const BATCH = 20; // milliseconds of drawing in one batch
 
 export class Painter {
+    /** @type {Promise<unknown>} */
+    queue = Promise.resolve();
     /** @type {Device} */
     device;
     /** @type {Program} */
@@ -37,8 +39,6 @@ export class Painter {
     constructor(canvas, source) {
         this.canvas = canvas;
         this.source = source;
-        /** @type {Promise<unknown>} */
-        this.queue = Promise.resolve();
         this.open();
     }
 

@@ -17,14 +17,15 @@ const IN_BLOCKS = ["normals", "trace", "color"]; // passes that draw only where 
 const PER_LEVEL = ["delta", "step_bound", "band_step_bound"]; // uniforms that are arrays of floats
 
 export class Passes {
+    /** @type {Cells & {time: number, texture: WebGLTexture} | null} */
+    cells = null;
+
     /** target(): creates a target of the size of the largest rectangle.
      * @param {Device} device @param {() => Target} target */
     constructor(device, target) {
         // Without targets of floats there are none, and one program does all.
         const create = () => /** @type {Target} */ (device.float ? target() : null);
         this.device = device;
-        /** @type {Cells & {time: number, texture: WebGLTexture} | null} */
-        this.cells = null;
         this.rays = create();
         this.normals = create();
         this.later = create();

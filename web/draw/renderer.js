@@ -24,6 +24,21 @@ const PATIENCE = 15000; // milliseconds of refinement before the last sample
 export class Renderer {
     /** @type {Refining} */
     refining;
+    /** @type {Target | null} */
+    still = null;
+    /** @type {Target | null} */
+    quick = null;
+    version = 0;
+    quicked = -1; // version of the coarse picture
+    saving = 0;
+    /** @type {number} */
+    restAt;
+    patience = PATIENCE;
+    motion = {goal: SMOOTH, scale: COARSEST}; // milliseconds of a coarse frame, and the resolution for it
+    live = {goal: LIVE, scale: 1 / 8};
+    pace = this.motion;
+    scene = /** @type {Scene} */ ({});
+    following = new Following(this);
 
     /** @param {HTMLCanvasElement} canvas @param {(name: string) => string} source text of a GLSL file in the page
      * @param {Omit<Listener, "loaded">} listener */
@@ -34,20 +49,8 @@ export class Renderer {
         };
         this.canvas = canvas;
         this.listener = listener;
-        this.scene = /** @type {Scene} */ ({});
         this.painter = new Painter(canvas, source);
         this.variants = new Variants(this.painter, this.scene, {...listener, loaded, settled: () => this.settled});
-        this.version = this.saving = this.restAt = 0;
-        this.quicked = -1; // version of the coarse picture
-        /** @type {Target | null} */
-        this.still = null;
-        /** @type {Target | null} */
-        this.quick = null;
-        this.motion = {goal: SMOOTH, scale: COARSEST}; // milliseconds of a coarse frame, and the resolution for it
-        this.live = {goal: LIVE, scale: 1 / 8};
-        this.pace = this.motion;
-        this.patience = PATIENCE;
-        this.following = new Following(this);
     }
 
     get device() {
@@ -158,9 +161,12 @@ export class Renderer {
      * @param {number[]} size @param {number} sample @returns {Pass} */
     further(size, sample) {
         const {refining: {wanted}, still} = this, all = this.pass(this.scene, size, sample);
-        if (!wanted || !sample || !still) return all;
+        if (!wanted || !sample) return all;
         const pixels = wanted.pixels.filter((_, i) => wanted.counts[i] >= sample);
-        return {...all, tiles: this.painter.packs(pixels, still, jitter(sample), this.current.cost)};
+        return {
+            ...all,
+            tiles: this.painter.packs(pixels, /** @type {Target} */ (still), jitter(sample), this.current.cost),
+        };
     }
 
     /** Draws one sample of every pixel of the canvas, and resolves in the task that drew the last one.
@@ -229,13 +235,12 @@ export class Renderer {
         if (this.quicked !== version) return;
         if (!refining.pass) {
             if (this.quick && refining.samples === 0) {
-                const still = this.still = painter.sized(this.still, size);
+                this.still = painter.sized(this.still, size);
                 this.following.keep("still", {...this.scene}, 0); // a coarse picture with finer tiles
-                painter.put(this.quick, still);
+                painter.put(this.quick, this.still);
             }
-            const {still} = this;
-            if (refining.samples === 1 && still && this.adapts)
-                refining.wanted = await painter.wanted(still, this.samples);
+            const still = /** @type {Target} */ (this.still);
+            if (refining.samples === 1 && this.adapts) refining.wanted = await painter.wanted(still, this.samples);
             refining.pass = this.further(size, refining.samples);
             refining.tiles = refining.pass.tiles.length;
             refining.spent = 0;

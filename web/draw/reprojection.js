@@ -22,15 +22,16 @@ export const nearAngle = (angle, start) => (
  * @typedef {Shown & {pass: Pass, isHurried: boolean, spent: number}} Coming
  */
 export class Following {
+    /** @type {Kept | null} Of the last picture; name: of a property of the renderer. */
+    kept = null;
+    /** @type {Shown | null} The last picture. */
+    shown = null;
+    /** @type {Coming | null} The one in work. */
+    coming = null;
+
     /** @param {Renderer} renderer */
     constructor(renderer) {
         this.renderer = renderer;
-        /** @type {Kept | null} Of the last picture; name: of a property of the renderer. */
-        this.kept = null;
-        /** @type {Shown | null} The last picture. */
-        this.shown = null;
-        /** @type {Coming | null} The one in work. */
-        this.coming = null;
     }
 
     /** Milliseconds to draw a picture of a resolution. @param {number} scale */

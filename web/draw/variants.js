@@ -15,8 +15,11 @@ import {uniforms, withOptions} from "./uniforms.js";
 const LITERAL_LIMIT = 60000, LITERAL_DELAY = 30000;
 
 export class Variants {
+    /** @type {Variant | null} The active one. */
+    current = null;
     /** @type {Probes} */
     probes;
+    generation = 0;
 
     /** @param {Painter} painter @param {Scene} scene load() sets its model
      * @param {Listener & {settled: () => boolean}} listener settled: whether the picture is complete */
@@ -24,9 +27,6 @@ export class Variants {
         this.painter = painter;
         this.scene = scene;
         this.listener = listener;
-        /** @type {Variant | null} The active one. */
-        this.current = null;
-        this.generation = 0;
     }
 
     /** Loads a model, and resolves when its texture variant is ready. field, literal: from printField for the two
@@ -50,8 +50,8 @@ export class Variants {
             this.listener.loaded();
         });
         if (isWanted()) device.unlessLost(this.findCells(model, isWanted)).catch(this.listener.failed);
-        const isPossible = literal && device.patient && device.survives(literal.text);
-        if (isWanted() && memory && isPossible && !["texture", "trying"].includes(memory.read() ?? ""))
+        const isPossible = memory && literal && device.patient && device.survives(literal.text);
+        if (isWanted() && isPossible && !["texture", "trying"].includes(/** @type {string} */ (memory.read())))
             device.unlessLost(this.race(literal, isWanted, memory)).catch(this.listener.failed);
     }
 
@@ -59,8 +59,8 @@ export class Variants {
      * @param {ShownModel} model @param {Float32Array} texels */
     replace(model, texels) {
         ++this.generation; // cancels the search for cells of the old weights
-        const {weights} = /** @type {Variant} */ (this.current);
-        this.painter.device.write(/** @type {WebGLTexture} */ (weights), TEXTURE_WIDTH, texels);
+        const {weights} = /** @type {Variant & {weights: WebGLTexture}} */ (this.current);
+        this.painter.device.write(weights, TEXTURE_WIDTH, texels);
         Object.assign(this.scene, {model, cells: null});
         this.painter.passes.setCells(null);
     }

@@ -20,6 +20,9 @@ font: 13px/1.4 system-ui, sans-serif; overflow-wrap: anywhere; color: #fff; back
 const LABELS = "arrow keys turn it, plus and minus zoom, R resets the view";
 
 export class ElementTree {
+    /** @type {HTMLCanvasElement | null} */
+    canvas = null;
+
     /** @param {HTMLElement} host */
     constructor(host) {
         const shadow = host.attachShadow({mode: "open"}), style = new CSSStyleSheet();
@@ -43,8 +46,6 @@ export class ElementTree {
         this.image = image;
         this.still = still;
         this.note = note;
-        /** @type {HTMLCanvasElement | null} */
-        this.canvas = null;
     }
 
     // Adds a canvas, below the last picture and the poster.

@@ -12,6 +12,29 @@ const SIDEWAYS = 8; // pixels; a browser scrolls after some 15
 // Draws one model on one canvas: its camera, its options and its motion. view.js is the same for a whole page.
 // camera: see camera.js, or null for the model's front.
 export class Stage {
+    /** @type {Camera | null} */
+    camera = null;
+    /** @type {ShownModel | null} */
+    model = null;
+    isLoaded = false;
+    isFreed = false;
+    /** @type {object | 0} */
+    turning = 0;
+    /** @type {object | null} */
+    playing = null;
+    phase = 0;
+    /** @type {Options} */
+    options = {
+        level: Infinity,
+        normalLevel: null,
+        shading: facts.shade,
+        iterations: 1,
+        resolution: "auto",
+        time: 0,
+        light: shared.defaults.light.map((c) => c / Math.hypot(...shared.defaults.light)),
+        background: [],
+    };
+
     /** @param {HTMLCanvasElement} canvas
      * @param {Pick<Listener, "loaded" | "frame" | "failed"> & {moved: (isByVisitor: boolean) => void, lost: () => void}} listener
      * loaded: called once, when the model's shader is ready; lost: the canvas is blank until the browser restores its context,
@@ -20,28 +43,6 @@ export class Stage {
         const none = () => {};
         this.canvas = canvas;
         this.listener = listener;
-        /** @type {Camera | null} */
-        this.camera = null;
-        /** @type {ShownModel | null} */
-        this.model = null;
-        this.isLoaded = this.isFreed = false;
-        /** @type {object | 0} */
-        this.turning = 0;
-        /** @type {object | null} */
-        this.playing = null;
-        this.phase = 0;
-        const length = Math.hypot(...shared.defaults.light);
-        /** @type {Options} */
-        this.options = {
-            level: Infinity,
-            normalLevel: null,
-            shading: facts.shade,
-            iterations: 1,
-            resolution: "auto",
-            time: 0,
-            light: shared.defaults.light.map((c) => c / length),
-            background: [],
-        };
         this.renderer = new Renderer(canvas, (name) => facts.shaders[name], {
             frame: (frame) => this.isFreed || listener.frame(frame),
             progress: none,

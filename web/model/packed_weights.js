@@ -78,8 +78,7 @@ export function unpackWeights(sizes, bytes) {
 /** Returns the sums of the sizes of the numbers -most to most, and of the others, for a deviation 2^(quarters / 4).
  * @param {number} quarters */
 function bellOf(quarters) {
-    const known = bells.get(quarters);
-    if (known) return known;
+    if (bells.has(quarters)) return /** @type {number[]} */ (bells.get(quarters));
     const deviation = rootPower(quarters), most = Math.floor(4 * deviation), heights = [];
     for (let n = 0; n <= most; ++n) {
         let height = 1 - n * n / (16 * deviation * deviation);

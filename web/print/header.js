@@ -28,12 +28,12 @@ export async function hashOf(buffer) {
     const length = Number(new DataView(buffer).getBigUint64(0, true)), encoder = new TextEncoder();
     const {__metadata__: {model}, ...tensors} = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 8, length)));
     const {step_bounds: bounds, default_step_bound: usual} = shared.format;
-    /** @type {Record<string, number>[]} */
-    const described = JSON.parse(model).levels;
-    const levels = described.map(({delta, iterations, lipschitz, ...level}) => {
-        const unusual = bounds.filter((key) => (level[key] ?? usual) !== usual).map((key) => [key, level[key]]);
-        return {delta, iterations: BigInt(iterations), lipschitz, ...Object.fromEntries(unusual)};
-    });
+    const levels = /** @type {Record<string, number>[]} */ (JSON.parse(model).levels).map(
+        ({delta, iterations, lipschitz, ...level}) => {
+            const unusual = bounds.filter((key) => (level[key] ?? usual) !== usual).map((key) => [key, level[key]]);
+            return {delta, iterations: BigInt(iterations), lipschitz, ...Object.fromEntries(unusual)};
+        },
+    );
     const parts = [encoder.encode(pythonJson(levels))];
     /** @param {string} key */
     const add = (key) => {
@@ -56,8 +56,8 @@ export function pythonJson(value) {
     if (typeof value === "bigint") return String(value);
     if (typeof value === "number") return pythonFloat(value);
     if (Array.isArray(value)) return `[${value.map(pythonJson).join(", ")}]`;
-    if (value && typeof value === "object") {
-        const entries = Object.entries(value).map((entry) => entry.map(pythonJson).join(": "));
+    if (typeof value === "object") {
+        const entries = Object.entries(/** @type {object} */ (value)).map((entry) => entry.map(pythonJson).join(": "));
         return `{${entries.join(", ")}}`;
     }
     const escaped = (/** @type {string} */ unit) => `\\u${unit.charCodeAt(0).toString(16).padStart(4, "0")}`;

@@ -30,16 +30,14 @@ export function straight({ops, blocks}) {
         );
         for (let k = 0; k < blocks.get(op.result); ++k) {
             const name = at(op.result, k);
-            /** @type {Record<string, () => string[]>} */
-            const sums = {
+            const terms = /** @type {Record<string, () => string[]>} */ ({
                 affine: () => [
                     ...(op.bias ? [`${op.bias}_${k}`] : []),
                     ...over((i, h) => `${op.matrix}_${k}_${i} * ${h}`),
                 ],
                 transposed: () => over((o, g) => `${g} * ${op.matrix}_${o}_${k}`),
-                dot: () => [number(op.offset ?? 0), ...over((i, h) => `dot(${op.row}_${i}, ${h})`)],
-            };
-            const terms = sums[op.kind]?.() ?? [elementwise(op, (value) => at(value, k))];
+                dot: () => [number(/** @type {number} */ (op.offset)), ...over((i, h) => `dot(${op.row}_${i}, ${h})`)],
+            })[op.kind]?.() ?? [elementwise(op, (value) => at(value, k))];
             lines.push(`${op.kind === "dot" ? "float" : "vec4"} ${name} = ${terms[0]};`);
             lines.push(...terms.slice(1).map((term) => `${name} += ${term};`));
         }

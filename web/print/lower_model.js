@@ -45,8 +45,8 @@ function vector(values) {
 function store(key, network, moving, constants) {
     network.slice(0, -1).forEach(({rows, columns, weight, bias}, j) => {
         const folded = j === 0 && !moving;
-        const height = padded(rows), width = padded(columns + (folded ? 1 : 0));
-        const matrix = {rows: height, columns: width, values: new Float32Array(height * width)};
+        const matrix = /** @type {Constant} */ ({rows: padded(rows), columns: padded(columns + (folded ? 1 : 0))});
+        matrix.values = new Float32Array(matrix.rows * matrix.columns);
         for (let o = 0; o < rows; ++o) {
             matrix.values.set(weight.subarray(o * columns, (o + 1) * columns), o * matrix.columns);
             if (folded) matrix.values[o * matrix.columns + columns] = bias[o];
@@ -96,9 +96,8 @@ function blocksOf(ops, constants) {
     const blocks = /** @type {Table<number>} */ (new Map([["p", 1]]));
     for (const {kind, result, source, right, matrix} of ops) {
         const {rows, columns} = constants.get(matrix) ?? {};
-        /** @type {Record<string, number>} */
-        const counts = {affine: rows / 4, transposed: columns / 4, dot: 1};
-        blocks.set(result, counts[kind] ?? blocks.get(source ?? right));
+        const count = /** @type {Record<string, number>} */ ({affine: rows / 4, transposed: columns / 4, dot: 1})[kind];
+        blocks.set(result, count ?? blocks.get(source ?? right));
     }
     return blocks;
 }

@@ -65,16 +65,18 @@ function wirePanel() {
     const first = isKnown ? backgroundName : usual;
     fillChoices(element("background"), swatches, first, setBackground);
     setBackground(first);
-    /** @type {[Options["resolution"], string][]} */
-    const sides = [["auto", "Auto"], [1, "1"], [0.5, "½"], [0.25, "¼"]];
-    const scales = sides.map(([value, label]) => ({value, label}));
+    const scales = /** @type {[Options["resolution"], string][]} */ (
+        [["auto", "Auto"], [1, "1"], [0.5, "½"], [0.25, "¼"]]
+    ).map(([value, label]) => ({value, label}));
     fillChoices(element("resolution"), scales, "auto", (resolution) => set({resolution}));
     lightBall(element("light"), options.light, (light) => set({light}, true));
     element("iterations").addEventListener("input", ({target}) => {
         set({iterations: 2 ** Number(/** @type {HTMLInputElement} */ (target).value)}, true);
         showSteps();
     });
-    element("time").addEventListener("input", () => seek(Number(element("time").value)));
+    element("time").addEventListener("input", ({target}) => (
+        seek(Number(/** @type {HTMLInputElement} */ (target).value))
+    ));
     element("panel").addEventListener("input", uncover, {capture: true});
     element("panel").addEventListener("submit", (event) => event.preventDefault());
 }
@@ -93,10 +95,10 @@ function wireButtons() {
     };
     for (const [id, action] of Object.entries(buttons)) element(id).addEventListener("click", action);
     element("message").querySelector("button").addEventListener("click", dismiss);
-    const file = element("file");
-    file.addEventListener("change", () => {
-        openFiles([...file.files ?? []]);
-        file.value = "";
+    element("file").addEventListener("change", ({target}) => {
+        const input = /** @type {HTMLInputElement & {files: FileList}} */ (target);
+        openFiles([...input.files]);
+        input.value = "";
     });
     listenToDrops(element("drop"), openDropped);
 }
