@@ -222,11 +222,18 @@ interface Drawer {
 }
 
 /** three.js, of any release. */
-// deno-lint-ignore no-explicit-any
 type Three = any;
 
 // What Python writes into pages (web/facts.py, web/page.py, web/studio_page.py).
 
+type PackedFacts =
+    & {quarters: number[]}
+    & Record<"widest" | "offset" | "bias" | "change" | "weights_of_a_byte" | "most_weights" | "widest_bell", number>
+    & Record<"finest" | "coarsest" | "total", number>;
+type CellFacts =
+    & {counts: {first: number; second: number; last: number}}
+    & Record<"first" | "many" | "too_many" | "moments" | "overestimate" | "reach" | "empty" | "missed", number>
+    & Record<"lookups", number>;
 interface Shared {
     format: {
         name: string;
@@ -237,19 +244,7 @@ interface Shared {
         default_step_bound: number;
         training: string;
     };
-    packed: {
-        widest: number;
-        offset: number;
-        bias: number;
-        change: number;
-        weights_of_a_byte: number;
-        most_weights: number;
-        widest_bell: number;
-        finest: number;
-        coarsest: number;
-        total: number;
-        quarters: number[];
-    };
+    packed: PackedFacts;
     /** Ending of a file -> what it holds. */
     shapes: Record<string, string>;
     /** Widest layer, and how weights up to it are stored. */
@@ -260,18 +255,7 @@ interface Shared {
     /** Of uniforms. */
     defaults: Record<string, number[]>;
     shadings: string[];
-    cells: {
-        first: number;
-        counts: {first: number; second: number; last: number};
-        many: number;
-        too_many: number;
-        moments: number;
-        overestimate: number;
-        reach: number;
-        empty: number;
-        missed: number;
-        lookups: number;
-    };
+    cells: CellFacts;
     samples: {share: number; plenty: number; power: number; steepest: number; block: number};
     period: number;
     passes: string[];
@@ -336,10 +320,7 @@ type LossWeights = Record<
 /** `TrainingConfig` of trainer/config.py. */
 interface Config {
     loss: {first_level: LossWeights; residual: LossWeights; late: number; late_value: number};
-    step: Record<
-        "batch" | "rate" | "rate_width" | "output_factor" | "output_factor_per_delta" | "residual_output",
-        number
-    >;
+    step: StepConfig;
     sampling: SamplingConfig;
     mining: MiningConfig;
     texture: Record<"batch" | "colors_per_sample" | "rate" | "output_factor" | "smoothness", number>;
@@ -347,61 +328,22 @@ interface Config {
     budget: Record<"residual" | "texture" | "least", number>;
     bend: BendConfig;
 }
-type SamplingConfig = Record<
-    | "largest_pool"
-    | "smallest_pool"
-    | "pool_per_step"
-    | "pool_per_second"
-    | "first_band"
-    | "first_band_share"
-    | "ball_radius"
-    | "corner_share"
-    | "largest_distance"
-    | "stray_candidates"
-    | "stray_suspects"
-    | "strays"
-    | "stray_error"
-    | "stray_share",
-    number
->;
-interface MiningConfig extends
-    Record<
-        | "longest"
-        | "share"
-        | "exact_share"
-        | "first_share"
-        | "candidates"
-        | "first_candidates"
-        | "first_reach"
-        | "suspects"
-        | "near"
-        | "excess"
-        | "least_distance"
-        | "wrong_sign"
-        | "spread"
-        | "fewest",
-        number
-    > {
-    schedule: number[];
-}
-type TracingConfig = Record<
-    | "rays"
-    | "rounds"
-    | "worst"
-    | "aside"
-    | "turn"
-    | "inside"
-    | "step_share"
-    | "shortest"
-    | "longest"
-    | "samples"
-    | "expected_samples"
-    | "least_bound",
-    number
->;
-interface BendConfig extends Record<"points" | "nearest" | "farthest" | "smooth" | "rough", number> {
-    omegas: number[];
-}
+type StepConfig =
+    & Record<"batch" | "rate" | "rate_width" | "output_factor" | "output_factor_per_delta", number>
+    & Record<"residual_output", number>;
+type SamplingConfig =
+    & Record<"largest_pool" | "smallest_pool" | "pool_per_step" | "pool_per_second" | "first_band", number>
+    & Record<"first_band_share" | "ball_radius" | "corner_share" | "largest_distance" | "stray_candidates", number>
+    & Record<"stray_suspects" | "strays" | "stray_error" | "stray_share", number>;
+type MiningConfig =
+    & {schedule: number[]}
+    & Record<"longest" | "share" | "exact_share" | "first_share" | "candidates" | "first_candidates", number>
+    & Record<"first_reach" | "suspects" | "near" | "excess" | "least_distance" | "wrong_sign" | "spread", number>
+    & Record<"fewest", number>;
+type TracingConfig =
+    & Record<"rays" | "rounds" | "worst" | "aside" | "turn" | "inside" | "step_share" | "shortest", number>
+    & Record<"longest" | "samples" | "expected_samples" | "least_bound", number>;
+type BendConfig = {omegas: number[]} & Record<"points" | "nearest" | "farthest" | "smooth" | "rough", number>;
 
 /** A model on the stage, with what comes back after a lost context. */
 interface Current {

@@ -53,8 +53,7 @@ export function panned(camera, right, up, aspect) {
 
 /** @param {Camera} camera */
 export function toHash(camera) {
-    /** @param {number} x */
-    const short = (x) => String(Number(x.toFixed(3)));
+    const short = (/** @type {number} */ x) => String(Number(x.toFixed(3)));
     const parts = [`az=${short(camera.azimuth)}`, `el=${short(camera.elevation)}`];
     if (camera.distance !== null) parts.push(`d=${short(camera.distance)}`);
     if (camera.target.some((c) => Math.abs(c) > 5e-4)) parts.push(`at=${camera.target.map(short).join(",")}`);

@@ -66,8 +66,7 @@ const at = (i, edge, half) => Math.fround((2 * i / edge - 1) * half);
 const placeOf = (cell, edge) => [cell % edge, Math.floor(cell / edge) % edge, Math.floor(cell / edge / edge)];
 /** @type {(cell: number, edge: number, half: number) => Vector} */
 const middle = (cell, edge, half) => placeOf(cell, edge).map((i) => at(i + 0.5, edge, half));
-/** @param {number} edge */
-const everyCell = (edge) => Array.from({length: edge ** 3}, (_, cell) => cell);
+const everyCell = (/** @type {number} */ edge) => Array.from({length: edge ** 3}, (_, cell) => cell);
 
 /** Resolves to the excess between each two successive times, as Cells._slack in cells.py; null once isWanted() is
  * false.
@@ -125,8 +124,7 @@ async function gridAt(model, time, {count, half, slack}, pace) {
     const margin = reach / scale + slack, bound = levels.at(-1).bounds.step_bound;
     const found = await valuesOf(model, cells, (cell) => middle(cell, count, half), {time, margin}, pace);
     if (!found) return null;
-    /** @type {number[]} */
-    const occupied = [], /** @type {number[]} */ values = [];
+    /** @type {number[]} */ const occupied = [], /** @type {number[]} */ values = [];
     cells.forEach((cell, k) => {
         if (!(found[k] < margin)) return;
         occupied.push(cell);

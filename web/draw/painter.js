@@ -16,24 +16,15 @@ const TILE_SIDE = 512; // pixels, of the small target
 const BATCH = 20; // milliseconds of drawing in one batch
 
 export class Painter {
-    /** @type {Promise<unknown>} */
-    queue = Promise.resolve();
-    /** @type {Device} */
-    device;
-    /** @type {Program} */
-    accumulate;
-    /** @type {Program} */
-    present;
-    /** @type {Program} */
-    contrast;
-    /** @type {Program} */
-    scatter;
-    /** @type {WebGLTexture} */
-    places;
-    /** @type {Target} */
-    tile;
-    /** @type {Passes} */
-    passes;
+    /** @type {Promise<unknown>} */ queue = Promise.resolve();
+    /** @type {Device} */ device;
+    /** @type {Program} */ accumulate;
+    /** @type {Program} */ present;
+    /** @type {Program} */ contrast;
+    /** @type {Program} */ scatter;
+    /** @type {WebGLTexture} */ places;
+    /** @type {Target} */ tile;
+    /** @type {Passes} */ passes;
 
     /** @param {HTMLCanvasElement} canvas @param {(name: string) => string} source text of a GLSL file in the page */
     constructor(canvas, source) {
@@ -95,8 +86,7 @@ export class Painter {
     /** Returns the tiles [x, y, width, height] of a picture, from the center outwards. cost: see side().
      * @param {number[]} size @param {number} cost */
     tiles([width, height], cost) {
-        /** @type {Tile[]} */
-        const tiles = [], side = this.side(cost);
+        /** @type {Tile[]} */ const tiles = [], side = this.side(cost);
         for (let y = 0; y < height; y += side)
             for (let x = 0; x < width; x += side)
                 tiles.push([x, y, Math.min(side, width - x), Math.min(side, height - y)]);

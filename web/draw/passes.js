@@ -17,8 +17,7 @@ const IN_BLOCKS = ["normals", "trace", "color"]; // passes that draw only where 
 const PER_LEVEL = ["delta", "step_bound", "band_step_bound"]; // uniforms that are arrays of floats
 
 export class Passes {
-    /** @type {Cells & {time: number, texture: WebGLTexture} | null} */
-    cells = null;
+    /** @type {Cells & {time: number, texture: WebGLTexture} | null} */ cells = null;
 
     /** target(): creates a target of the size of the largest rectangle.
      * @param {Device} device @param {() => Target} target */
@@ -95,8 +94,7 @@ export class Passes {
         const shading = shared.shadings[values.shading];
         if (["steps", "data"].includes(shading)) return;
         const isStudio = shading === "studio";
-        /** @type {Record<string, number | number[]>} */
-        const more = {everywhere: Number(isStudio)};
+        /** @type {Record<string, number | number[]>} */ const more = {everywhere: Number(isStudio)};
         if (isStudio && !values.scattered) more.floor_corner = this.drawFloor(programs.floor, values, rectangle);
         pass("color", tile, {rays, normals, later, gate: rays, floor_light: this.floor}, more);
     }

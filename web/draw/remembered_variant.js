@@ -4,8 +4,7 @@
  * @param {string} hash */
 export function memoryOf(hash) {
     const key = `mplicits ${hash}`;
-    /** @type {string | null} */
-    let last = null;
+    /** @type {string | null} */ let last = null;
     let levels = Infinity;
     /** @template T @param {() => T} access @param {T} [fallback] */
     const attempt = (access, fallback) => {

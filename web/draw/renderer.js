@@ -22,17 +22,13 @@ const SAMPLES = 16; // largest number of samples per pixel
 const PATIENCE = 15000; // milliseconds of refinement before the last sample
 
 export class Renderer {
-    /** @type {Refining} */
-    refining;
-    /** @type {Target | null} */
-    still = null;
-    /** @type {Target | null} */
-    quick = null;
+    /** @type {Refining} */ refining;
+    /** @type {Target | null} */ still = null;
+    /** @type {Target | null} */ quick = null;
     version = 0;
     quicked = -1; // version of the coarse picture
     saving = 0;
-    /** @type {number} */
-    restAt;
+    /** @type {number} */ restAt;
     patience = PATIENCE;
     motion = {goal: SMOOTH, scale: COARSEST}; // milliseconds of a coarse frame, and the resolution for it
     live = {goal: LIVE, scale: 1 / 8};

@@ -22,12 +22,9 @@ export const nearAngle = (angle, start) => (
  * @typedef {Shown & {pass: Pass, isHurried: boolean, spent: number}} Coming
  */
 export class Following {
-    /** @type {Kept | null} Of the last picture; name: of a property of the renderer. */
-    kept = null;
-    /** @type {Shown | null} The last picture. */
-    shown = null;
-    /** @type {Coming | null} The one in work. */
-    coming = null;
+    /** @type {Kept | null} Of the last picture; name: of a property of the renderer. */ kept = null;
+    /** @type {Shown | null} The last picture. */ shown = null;
+    /** @type {Coming | null} The one in work. */ coming = null;
 
     /** @param {Renderer} renderer */
     constructor(renderer) {

@@ -15,10 +15,8 @@ import {uniforms, withOptions} from "./uniforms.js";
 const LITERAL_LIMIT = 60000, LITERAL_DELAY = 30000;
 
 export class Variants {
-    /** @type {Variant | null} The active one. */
-    current = null;
-    /** @type {Probes} */
-    probes;
+    /** @type {Variant | null} The active one. */ current = null;
+    /** @type {Probes} */ probes;
     generation = 0;
 
     /** @param {Painter} painter @param {Scene} scene load() sets its model

@@ -20,8 +20,7 @@ font: 13px/1.4 system-ui, sans-serif; overflow-wrap: anywhere; color: #fff; back
 const LABELS = "arrow keys turn it, plus and minus zoom, R resets the view";
 
 export class ElementTree {
-    /** @type {HTMLCanvasElement | null} */
-    canvas = null;
+    /** @type {HTMLCanvasElement | null} */ canvas = null;
 
     /** @param {HTMLElement} host */
     constructor(host) {

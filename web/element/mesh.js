@@ -9,8 +9,7 @@ import {castRay} from "./rays.js";
 
 // A model in a scene of three.js: a box whose fragments trace rays, with the model's depth. It works with every release
 // that has WebGL 2: what differs between them is asked of THREE and of the renderer, never of the release's number.
-/** @type {{unroll: number, limitsLoops: boolean} | null} */
-let driver = null;
+/** @type {{unroll: number, limitsLoops: boolean} | null} */ let driver = null;
 let isRefused = false; // whether a line about the renderer is on the console
 
 /** Returns an object for a scene. THREE: the library. options: {model: of loadModel, by default this module's; color:

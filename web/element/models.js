@@ -4,8 +4,7 @@ import {ModelError, parseModel} from "../model/safetensors.js";
 import {bakedScene} from "../print/baked_scene.js";
 
 // The models of a page's elements: those in the modules, by name, and those in files.
-/** @type {ShownModel | null} */
-let baked = null;
+/** @type {ShownModel | null} */ let baked = null;
 
 /** Returns the model in this module. @returns {ShownModel} */
 export function ownModel() {
@@ -52,8 +51,7 @@ export async function findModel(src, name, known, signal, missing) {
 /** The models of the modules of a page: functions, by the names of their models. A module may come at any time.
  * @extends {Map<string, () => ShownModel>} */
 export class Models extends Map {
-    /** @type {((value?: unknown) => void)[]} */
-    #waiting = [];
+    /** @type {((value?: unknown) => void)[]} */ #waiting = [];
 
     /** @override @param {string} name @param {() => ShownModel} model */
     set(name, model) {

@@ -1,8 +1,7 @@
 import {shared} from "../model/facts.js";
 
 // Texts of the attributes that place and turn the camera of an element.
-/** @type {Record<string, number>} */
-const UNITS = {deg: 1, rad: 180 / Math.PI, "": 1};
+/** @type {Record<string, number>} */ const UNITS = {deg: 1, rad: 180 / Math.PI, "": 1};
 export const TURN = 20; // seconds of a turntable's turn
 const SPEED = 180 / 32; // degrees per second of auto-rotate
 const FARTHEST_EYE = shared.camera.zoom[1];

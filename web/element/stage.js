@@ -12,19 +12,14 @@ const SIDEWAYS = 8; // pixels; a browser scrolls after some 15
 // Draws one model on one canvas: its camera, its options and its motion. view.js is the same for a whole page.
 // camera: see camera.js, or null for the model's front.
 export class Stage {
-    /** @type {Camera | null} */
-    camera = null;
-    /** @type {ShownModel | null} */
-    model = null;
+    /** @type {Camera | null} */ camera = null;
+    /** @type {ShownModel | null} */ model = null;
     isLoaded = false;
     isFreed = false;
-    /** @type {object | 0} */
-    turning = 0;
-    /** @type {object | null} */
-    playing = null;
+    /** @type {object | 0} */ turning = 0;
+    /** @type {object | null} */ playing = null;
     phase = 0;
-    /** @type {Options} */
-    options = {
+    /** @type {Options} */ options = {
         level: Infinity,
         normalLevel: null,
         shading: facts.shade,
@@ -141,8 +136,7 @@ export class Stage {
      * page: else, the wheel does without focus and without Ctrl, and so does a finger up and down.
      * @param {boolean} zooms @param {boolean} pans @param {boolean} isGreedy */
     listen(zooms, pans, isGreedy) {
-        /** @type {Move | null} */
-        const pan = pans ? (right, up) => this.pan(right, up) : null,
+        /** @type {Move | null} */ const pan = pans ? (right, up) => this.pan(right, up) : null,
             zoom = zooms ? (/** @type {number} */ factor) => this.zoom(factor) : null;
         listenToPointers(this.canvas, {
             turn: (right, up) => this.turn(right, up),

@@ -25,17 +25,13 @@ export class MplicitsView extends /** @type {new () => HTMLElement & Properties}
     #load = null; // AbortController of the current model; null before, and after a failure
     #failed = false;
     #losses = 0; // of the graphics context since the last finished picture
-    /** @type {Stage | null} */
-    #stage = null;
-    /** @type {ShownModel | null} */
-    #model = null;
-    /** @type {Camera | null} */
-    #camera = null; // kept while the element is out of view
+    /** @type {Stage | null} */ #stage = null;
+    /** @type {ShownModel | null} */ #model = null;
+    /** @type {Camera | null} */ #camera = null; // kept while the element is out of view
     #shown = false; // whether the poster has gone
     #dismissed = false;
     #time = 0;
-    /** @type {boolean | null} */
-    #plays = null; // what a script asked for; null: see `autoplay`
+    /** @type {boolean | null} */ #plays = null; // what a script asked for; null: see `autoplay`
     #turns = true; // until the visitor moves the shape
     #away = 0;
     #tree;
@@ -219,8 +215,7 @@ export class MplicitsView extends /** @type {new () => HTMLElement & Properties}
     async #open() {
         const canvas = this.#tree.open();
         let began = 0; // when it drew first
-        /** @type {Stage | null} */
-        let stage = null;
+        /** @type {Stage | null} */ let stage = null;
         try {
             stage = this.#stage = new Stage(canvas, {
                 loaded: () => {

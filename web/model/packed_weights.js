@@ -2,8 +2,7 @@ import {shared} from "./facts.js";
 
 // Unpacks the weights of a model file of version 3, bit for bit as model/packed_weights.py and model/range_coder.py.
 const CODED = shared.packed, CODED_TOP = 2 ** 32, CODED_LEAST = 2 ** 24;
-/** @type {Map<number, number[]>} */
-const bells = new Map();
+/** @type {Map<number, number[]>} */ const bells = new Map();
 
 /** Returns the tensors {shape, values} of the networks by name. sizes: prefix -> [inputs, outputs of each layer].
  * Throws an error if the file is damaged.
@@ -30,14 +29,12 @@ export function unpackWeights(sizes, bytes) {
         range = part * size;
         for (; range < CODED_LEAST; range *= 256) byte();
     };
-    /** @param {number} total */
-    const plain = (total) => {
+    const plain = (/** @type {number} */ total) => {
         const part = Math.floor(range / total), number = Math.min(Math.floor(code / part), total - 1);
         take(part, number, 1);
         return number;
     };
-    /** @param {number} quarters */
-    const number = (quarters) => {
+    const number = (/** @type {number} */ quarters) => {
         const shift = Math.max(0, Math.ceil((quarters - CODED.coarsest) / 4));
         const starts = bellOf(Math.max(CODED.finest, quarters) - 4 * shift), total = starts.at(-1);
         const part = Math.floor(range / total), wanted = Math.min(Math.floor(code / part), total - 1);

@@ -97,8 +97,7 @@ function rowsOf({rows, columns, weight}) {
     return Array.from({length: rows}, (_, o) => weight.subarray(o * columns, (o + 1) * columns));
 }
 
-/** @param {number} step */
-const threeDigits = (step) => withDigits(step, 3) || 1;
+const threeDigits = (/** @type {number} */ step) => withDigits(step, 3) || 1;
 
 /** @param {Float32Array} values @param {Float32Array} to @param {number} most */
 function roundFinely(values, to, most) {
@@ -138,8 +137,7 @@ function sumInPairs(values, start, count, center, power) {
                 + sumInPairs(values, start + half, count - half, center, power),
         );
     }
-    /** @param {number} i */
-    const term = (i) => {
+    const term = (/** @type {number} */ i) => {
         const difference = fround(values[start + i] - center);
         return power === 1 ? difference : fround(difference * difference);
     };

@@ -146,8 +146,7 @@ function readTensor(name, entry, buffer, start, sizes, steps) {
     const size = sizes[entry?.dtype];
     refuse(!size, `${name}: must be float32`);
     const {shape, data_offsets: offsets} = entry;
-    /** @param {number} value */
-    const isSize = (value) => Number.isInteger(value) && value >= 0;
+    const isSize = (/** @type {number} */ value) => Number.isInteger(value) && value >= 0;
     refuse(
         !Array.isArray(shape) || !shape.every(isSize) || !Array.isArray(offsets) || !offsets.every(isSize),
         `${name}: its entry in the header is damaged`,

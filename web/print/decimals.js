@@ -14,15 +14,13 @@ const TIMES = [0, 0.25, 0.5, 0.75, 1]; // at which a moving model is measured
 
 /** Resolves to the fewest decimals that keep the surface (field/digits.py). @param {Model} model */
 export async function fewestDigits(model) {
-    /** @type {{points: Vector[], time: number, values: Float64Array}[]} */
-    const cases = [];
+    /** @type {{points: Vector[], time: number, values: Float64Array}[]} */ const cases = [];
     for (const time of model.inputs === "xyzt" ? TIMES : [0]) {
         const points = await surfacePoints(model, time);
         cases.push({points, time, values: widenedValues(model, points, time, Infinity)});
     }
     for (let digits = 1; digits < MOST_DIGITS; ++digits) {
-        /** @param {Network} network */
-        const rounded = (network) => multiplied(inDecimals(network, digits));
+        const rounded = (/** @type {Network} */ network) => multiplied(inDecimals(network, digits));
         const levels = model.levels.map((level) => ({...level, network: rounded(level.network)}));
         const isEnough = (/** @type {typeof cases[0]} */ {points, time, values}) => {
             const others = widenedValues({...model, levels}, points, time, Infinity);

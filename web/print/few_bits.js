@@ -35,8 +35,7 @@ export async function fewestBits(model) {
     for (const [i, level] of levels.entries()) {
         // Errors of levels are independent: their squares add up. The text is shortest if they are as the sizes.
         const share = Math.sqrt(upTo(i + 1) / upTo(levels.length));
-        /** @param {Network} candidate */
-        const fits = (candidate) => {
+        const fits = (/** @type {Network} */ candidate) => {
             rounded.levels[i] = {...level, network: candidate};
             const {f, degrees} = errorsOf(exact, valuesNear(rounded, points));
             return f <= share * limit && degrees <= share * ANGLE;
@@ -94,8 +93,7 @@ function withSizes(network, hidden) {
     return quantized(network, {fine: Math.max(FINE, hidden), hidden, clip: Infinity});
 }
 
-/** @param {Network} network */
-const finest = (network) => withSizes(network, SIZES.at(-1));
+const finest = (/** @type {Network} */ network) => withSizes(network, SIZES.at(-1));
 
 /** Returns each point, then each moved along x, and so on. @param {Vector[]} points */
 function withNeighbors(points) {

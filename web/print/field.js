@@ -13,8 +13,7 @@ export function printField(model, storage, unroll = shared.unroll) {
     if (model.field) return model.field;
     const {constants, values, gradients, texture} = lowered(model);
     const functions = [...values, ...gradients, ...(texture ? [texture] : [])];
-    /** @param {Code} code */
-    const isLiteral = (code) => storageOf(code, storage) === "literal";
+    const isLiteral = (/** @type {Code} */ code) => storageOf(code, storage) === "literal";
     const inTexture = functions.filter((code) => !isLiteral(code));
     const {offsets, texels, height} = layOut(inTexture, constants);
     const parts = [[...declareLiterals(functions.filter(isLiteral), constants), ...(inTexture.length ? READERS : [])]];
@@ -22,8 +21,7 @@ export function printField(model, storage, unroll = shared.unroll) {
         parts.push(printFunction(code, isLiteral(code) ? straight(code) : looped(code, offsets, unroll)));
     const input = `vec4(p, ${model.inputs === "xyzt" ? "time" : "1."})`;
     parts.push(printValue(values, input), printGradient(gradients, input), printAlbedo(texture, input));
-    /** @param {Code[]} list */
-    const upTo = (list) => {
+    const upTo = (/** @type {Code[]} */ list) => {
         let total = 0;
         return list.map((code) => (total += isLiteral(code) ? 0 : countLoops(code, unroll)));
     };

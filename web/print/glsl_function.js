@@ -22,8 +22,7 @@ export function functionText(model, sha256) {
             `a network ${broadest} wide is too large for constants in a shader, which take up to ${WIDEST_LITERAL}`,
         );
     }
-    /** @param {string} line */
-    const withSines = (line) => line.replace(/ = (sine|cosine)\(/, ` = ${name}_$1(`);
+    const withSines = (/** @type {string} */ line) => line.replace(/ = (sine|cosine)\(/, ` = ${name}_$1(`);
     const [sines] = document.getElementById("prologue").textContent.match(SINES) ?? [""];
     const lines = [
         headerLine(model, "glsl", sha256, {function: name, space: "model"}),
@@ -41,8 +40,7 @@ export function functionText(model, sha256) {
 /** Returns the function's name, made from the model's. facts.reserved: a pattern of names that GLSL reserves.
  * @param {string} text */
 function functionName(text) {
-    /** @param {string} name */
-    const trim = (name) => name.replace(/^_+|_+$/g, "");
+    const trim = (/** @type {string} */ name) => name.replace(/^_+|_+$/g, "");
     const made = trim(trim(text.toLowerCase().replace(/[^a-z0-9]+/g, "_")).slice(0, LONGEST_NAME));
     const name = /^[a-z]/.test(made) ? made : trim(`sdf_${made}`);
     return new RegExp(`^(?:${facts.reserved})$`).test(name) ? `${name}_sdf` : name;
@@ -52,8 +50,7 @@ function functionName(text) {
  * @param {Lowered} program @param {string} prefix @returns {Lowered} */
 function withPrefix({values, gradients, texture, constants}, prefix) {
     const rename = (/** @type {any} */ name) => (constants.has(name) ? prefix + name : name);
-    /** @type {(code: Code) => Code} */
-    const change = (code) => ({
+    /** @type {(code: Code) => Code} */ const change = (code) => ({
         ...code,
         name: prefix + code.name,
         ops: code.ops.map((

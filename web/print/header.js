@@ -35,8 +35,7 @@ export async function hashOf(buffer) {
         },
     );
     const parts = [encoder.encode(pythonJson(levels))];
-    /** @param {string} key */
-    const add = (key) => {
+    const add = (/** @type {string} */ key) => {
         const {shape, data_offsets: [from, to]} = tensors[key];
         parts.push(encoder.encode(`${key}(${shape.join(", ")}${shape.length === 1 ? "," : ""})`));
         parts.push(new Uint8Array(buffer, 8 + length + from, to - from));

@@ -29,8 +29,7 @@ export function widest({ops, blocks}) {
     return 4 * Math.max(...sides);
 }
 
-/** @param {number} size */
-const padded = (size) => (size + 3) & ~3;
+const padded = (/** @type {number} */ size) => (size + 3) & ~3;
 
 /** @param {Float32Array} values */
 function vector(values) {
@@ -62,8 +61,7 @@ function store(key, network, moving, constants) {
 /** Returns the ops of a network: a sine after every layer but the last (Eq. 2).
  * @param {string} key @param {Network} network @param {string[]} outputs @param {Table<Constant>} constants */
 function evaluation(key, network, outputs, constants) {
-    /** @type {Op[]} */
-    const ops = [], {bias} = network.at(-1);
+    /** @type {Op[]} */ const ops = [], {bias} = network.at(-1);
     const known = (/** @type {string} */ name) => (constants.has(name) ? name : null);
     let source = "p";
     for (let j = 0; j < network.length - 1; ++j) {
@@ -78,8 +76,7 @@ function evaluation(key, network, outputs, constants) {
 /** Returns the further ops of the gradient: g = (g * cos a_j) W_j, from the output back.
  * @param {string} key @param {Network} network */
 function adjoint(key, network) {
-    /** @type {Op[]} */
-    const ops = [];
+    /** @type {Op[]} */ const ops = [];
     let left = `o${key}_0`;
     for (let j = network.length - 2; j >= 0; --j) {
         const result = j ? `e${j}` : "gradient";

@@ -118,8 +118,7 @@ function mainOf({inputs, levels, texture}, studio) {
         .replace("f*=BOUND;\n", bound === 1 ? "" : `f*=${number(bound)};\n`);
 }
 
-/** @param {number} value */
-const shortNumber = (value) => number(withDigits(value, 3));
+const shortNumber = (/** @type {number} */ value) => number(withDigits(value, 3));
 
 /** Returns GLSL without indentation, comments and spaces around operators. @param {string} text */
 function squeezedGlsl(text) {

@@ -36,8 +36,7 @@ export function layOut(functions, constants) {
  * reads is a vec4 inside the loop. most: largest number of 4 x 4 products per iteration.
  * @param {Code} code @param {Table<number>} offsets @param {number} most */
 export function looped({ops, blocks, outputs}, offsets, most) {
-    /** @type {string[]} */
-    const lines = [], runs = fused(ops, blocks);
+    /** @type {string[]} */ const lines = [], runs = fused(ops, blocks);
     runs.forEach((run, i) => {
         const later = new Set([...outputs, ...runs.slice(i + 1).flat().flatMap(sources)]);
         const isInner = (/** @type {Op} */ op) => op.kind !== "dot" && !later.has(op.result);
@@ -99,8 +98,7 @@ const span = (op, blocks) => blocks.get(op.kind === "dot" ? op.source : op.resul
 /** Returns runs of ops over equally many blocks, in which no op needs a whole vector of its own run.
  * @param {Op[]} ops @param {Table<number>} blocks */
 function fused(ops, blocks) {
-    /** @type {Op[][]} */
-    const groups = [];
+    /** @type {Op[][]} */ const groups = [];
     for (const op of ops) {
         if (isProduct(op) || !groups.length || span(op, blocks) !== span(groups.at(-1)[0], blocks)) groups.push([]);
         groups.at(-1).push(op);

@@ -134,8 +134,7 @@ function frame(now) {
     last = now;
     isRough = turns || moves || !drawn || isRough && speed > 2 && scale < 1; // fine rows begin once the scale is known
     if (isRough) {
-        /** @type {[number, number]} */
-        const coarse = [Math.ceil(width * scale), Math.ceil(height * scale)];
+        /** @type {[number, number]} */ const coarse = [Math.ceil(width * scale), Math.ceil(height * scale)];
         draw(buffer, ...coarse, 0, 0, coarse[0] + 1, coarse[1] + 1, 1); // stretching reads one more row and column
         gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, null);
         gl.scissor(0, 0, width, height);
@@ -178,8 +177,7 @@ canvas.addEventListener("webglcontextrestored", start);
 start();
 
 // Controls: one finger or button, or an arrow key, turns; two fingers or the wheel zoom.
-/** @type {Map<number, PointerEvent>} */
-const fingers = new Map(),
+/** @type {Map<number, PointerEvent>} */ const fingers = new Map(),
     gap = (/** @type {PointerEvent[]} */ [one, other]) => Math.hypot(one.x - other.x, one.y - other.y);
 const zoomBy = (/** @type {number} */ factor) => {
     zoom = Math.min(Math.max(zoom * factor, .3), 20);

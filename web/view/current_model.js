@@ -15,20 +15,15 @@ import {center, draw, goTo, halt, options, renderer, set} from "./view.js";
 
 /** @type {Current | null} The page's model or a dropped model; null in a page without a model, until a file is dropped. */
 let current = null;
-/** @type {Current | null} What replaces `current` when a lost context is restored. */
-let next = null;
+/** @type {Current | null} What replaces `current` when a lost context is restored. */ let next = null;
 /** @type {(files: File[]) => unknown} Of files that are the input of a training. */
 let openShape = (files) => refuseShape(files, WITHOUT_STUDIO);
-/** @type {(transfer: DataTransfer) => File[] | Promise<File[]>} Of a drop. */
-let listFiles = ({files}) => [...files];
-/** @type {(name: string) => void} Throws a ModelError where the stage is in use. */
-let demandIdle = () => {};
-/** @type {Promise<unknown>} Of the model files so far. */
-let reads = Promise.resolve();
+/** @type {(transfer: DataTransfer) => File[] | Promise<File[]>} Of a drop. */ let listFiles = ({files}) => [...files];
+/** @type {(name: string) => void} Throws a ModelError where the stage is in use. */ let demandIdle = () => {};
+/** @type {Promise<unknown>} Of the model files so far. */ let reads = Promise.resolve();
 const MODEL = /\.safetensors$/i;
 const WITHOUT_STUDIO = ", or drop it on the page of: mplicits studio";
-/** @type {Record<string, string>} */
-const SHADING_LABELS = {
+/** @type {Record<string, string>} */ const SHADING_LABELS = {
     phong: "Phong",
     studio: "Studio",
     normal: "Normals",
@@ -163,8 +158,7 @@ export function openShapesWith(open, list, demand) {
     demandIdle = demand;
 }
 
-/** @param {string} name */
-const kindOf = (name) => shared.shapes[name.toLowerCase().match(/\.\w+$/)?.[0] ?? ""];
+const kindOf = (/** @type {string} */ name) => shared.shapes[name.toLowerCase().match(/\.\w+$/)?.[0] ?? ""];
 
 /** Throws a ModelError for files that are the input of a training. more: end of the message for a mesh.
  * @param {File[]} files */

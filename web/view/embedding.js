@@ -23,8 +23,7 @@ export const keptInHash = ["panel", "turntable", "background"].filter((key) => i
 
 // Numbers in a message, with their least and largest values.
 const FARTHEST_TARGET = shared.camera.zoom[1];
-/** @type {Record<string, [number, number]>} */
-const IN_MESSAGES = {
+/** @type {Record<string, [number, number]>} */ const IN_MESSAGES = {
     azimuth: [-360, 360],
     elevation: [-90, 90],
     distance: shared.camera.zoom,

@@ -1,6 +1,5 @@
 // What a file is that the page does not open, by its first bytes as Latin-1.
-/** @type {Record<string, RegExp>} */
-const FIRST_BYTES = {
+/** @type {Record<string, RegExp>} */ const FIRST_BYTES = {
     "a JPEG picture": /^\xff\xd8/,
     "a PNG picture": /^.PNG/,
     "a GIF picture": /^GIF8/,

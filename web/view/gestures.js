@@ -8,8 +8,7 @@
  * @param {{turn: Move, pan: Move | null, zoom: ((factor: number) => void) | null, reset: () => void,
  * takesWheel?: (event: WheelEvent) => boolean, sideways?: number}} gestures */
 export function listenToPointers(canvas, {turn, pan, zoom, reset, takesWheel = () => true, sideways = 0}) {
-    /** @type {Map<number, {x: number, y: number, moved?: boolean}>} */
-    const fingers = new Map();
+    /** @type {Map<number, {x: number, y: number, moved?: boolean}>} */ const fingers = new Map();
     const center = () => {
         const all = [...fingers.values()];
         const mean = (/** @type {"x" | "y"} */ axis) =>

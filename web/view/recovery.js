@@ -43,8 +43,7 @@ export function reduced(current) {
 export function reportLoss(next) {
     const poster = element("poster"), hasPoster = poster && !poster.hidden;
     const picture = "you see the picture that travels in the page";
-    /** @param {string} text */
-    const giveUp = (text) => {
+    const giveUp = (/** @type {string} */ text) => {
         setState("failed", "");
         say(`${text} ${hasPoster ? `Now ${picture}. ` : ""}Reload the page to try again.`, false);
     };

@@ -24,8 +24,7 @@ export const options = {
 };
 /** @type {Renderer} */
 export let renderer; // not defined where the browser cannot draw
-/** @type {Drawer | null} */
-let drawer = null; // draws in place of the renderer
+/** @type {Drawer | null} */ let drawer = null; // draws in place of the renderer
 
 /** Returns the time in a hash, or 0. @param {string} hash */
 function timeFrom(hash) {
@@ -35,8 +34,7 @@ function timeFrom(hash) {
 
 let home = homeOf(facts.front), camera = fromHash(location.hash, home), hashTimer = 0;
 let phase = 0; // of the motion, from 0 to 1
-/** @type {object | null} */
-let playing = null; // what a run of play() has set
+/** @type {object | null} */ let playing = null; // what a run of play() has set
 let isTurning = false;
 
 export function openRenderer() {
