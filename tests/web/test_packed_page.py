@@ -80,6 +80,7 @@ def tokens(script: str) -> list[str]:
 def test_scripts_lose_only_comments(entry: str) -> None:
     text = script(modules(entry))
     assert tokens(short_script(text)) == tokens(text)
+    assert not {"import", "export"} & set(tokens(text))
     assert len(short_script(text)) < 0.9 * len(text)
 
 

@@ -123,8 +123,7 @@ export class Device {
         return Boolean(this.parallel) || !/direct3d|d3d/i.test(this.name);
     }
 
-    /** Returns {program, names} of a compilation, where `names` maps uniforms to locations. Throws DeviceError with
-     * the first line of the compiler's log.
+    /** Returns the program of a compilation. Throws DeviceError with the first line of the compiler's log.
      * @param {{program: WebGLProgram, shaders: WebGLShader[]}} compilation @returns {Program} */
     finish({program, shaders}) {
         const gl = this.gl;

@@ -5,13 +5,11 @@ import {packed, wanted} from "./samples.js";
 
 // Draws pictures tile by tile. The model's shaders draw one sample of each pixel to a small target, which is added to
 // the picture, the mean of its samples in linear light.
-/**
- * @import {Pack} from "./samples.js"
+/** @import {Pack} from "./samples.js"
  * @import {Uniforms} from "./uniforms.js"
  * @typedef {[x: number, y: number, width: number, height: number]} Tile
  * @typedef {{tiles: (Tile | Pack)[], values: Uniforms}} Pass One sample of all or some pixels: the remaining tiles, and
- * the uniforms
- */
+ * the uniforms */
 const TILE_SIDE = 512; // pixels, of the small target
 const BATCH = 20; // milliseconds of drawing in one batch
 

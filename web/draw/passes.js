@@ -2,11 +2,9 @@ import {shared} from "../model/facts.js";
 import {gridOf} from "./cells.js";
 
 // Draws one sample of a rectangle of pixels with a variant's programs, pass after pass (glsl/passes/near.glsl, ...).
-/**
- * @import {Device} from "./device.js"
+/** @import {Device} from "./device.js"
  * @import {Tile} from "./painter.js"
- * @import {Uniforms} from "./uniforms.js"
- */
+ * @import {Uniforms} from "./uniforms.js" */
 const CELL_UNIT = 1; // texture unit of the grid of cells; unit 0 is the default
 export const PLACES_UNIT = 2; // texture unit of the positions of packed samples
 // Texture units of the passes' targets. rays: of near.glsl and trace.glsl; normals: of the first run of normals.glsl;

@@ -8,14 +8,12 @@ import {Variants} from "./variants.js";
 // Schedules the drawing in slices of some milliseconds, so that the page never freezes: coarse pixels during motion, or
 // where those take too long, the last picture (reprojection.js); then all pixels, then further samples where
 // they matter. It draws only after changes.
-/**
- * @import {Pass} from "./painter.js"
+/** @import {Pass} from "./painter.js"
  * @import {wanted} from "./samples.js"
  * @import {Memory} from "./variants.js"
  * @typedef {{samples: number, pass: Pass | null, tiles: number, wanted: ReturnType<typeof wanted> | null, began: number,
  * spent: number, frame: number}} Refining Complete samples of the picture, the pass of the next one and the number of its
- * tiles; milliseconds: when it began, of drawing the sample, and of drawing a frame
- */
+ * tiles; milliseconds: when it began, of drawing the sample, and of drawing a frame */
 const SMOOTH = 33, LIVE = 300; // milliseconds of a frame: during motion, and of a training
 const REST = 160; // milliseconds without a change before refinement
 const SAMPLES = 16; // largest number of samples per pixel

@@ -14,13 +14,11 @@ export const nearAngle = (angle, start) => (
     start + Math.max(-FARTHEST_TURN, Math.min(FARTHEST_TURN, turnBetween(angle, start)))
 );
 
-/**
- * @import {Pass} from "./painter.js"
+/** @import {Pass} from "./painter.js"
  * @import {Renderer} from "./renderer.js"
  * @typedef {{scene: Scene, scale: number, name?: "still" | "quick"}} Kept
  * @typedef {{picture: Target, camera: Camera, scale: number}} Shown
- * @typedef {Shown & {pass: Pass, isHurried: boolean, spent: number}} Coming
- */
+ * @typedef {Shown & {pass: Pass, isHurried: boolean, spent: number}} Coming */
 export class Following {
     /** @type {Kept | null} Of the last picture; name: of a property of the renderer. */ kept = null;
     /** @type {Shown | null} The last picture. */ shown = null;

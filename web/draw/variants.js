@@ -5,12 +5,10 @@ import {uniforms, withOptions} from "./uniforms.js";
 
 // The model's shader has two variants: weights in a texture, or as literals. The texture variant is ready at once. The
 // literal variant compiles after the first picture, because slow drivers draw nothing meanwhile; the faster one stays.
-/**
- * @import {memoryOf} from "./remembered_variant.js"
+/** @import {memoryOf} from "./remembered_variant.js"
  * @import {Painter} from "./painter.js"
  * @import {Uniforms} from "./uniforms.js"
- * @typedef {ReturnType<typeof memoryOf>} Memory
- */
+ * @typedef {ReturnType<typeof memoryOf>} Memory */
 // Milliseconds: longest compilation of literals; longest wait for the first picture before it.
 const LITERAL_LIMIT = 60000, LITERAL_DELAY = 30000;
 
@@ -28,8 +26,7 @@ export class Variants {
     }
 
     /** Loads a model, and resolves when its texture variant is ready. field, literal: from printField for the two
-     * variants; literal: null to skip it. probes: {points, values} of the field. memory: see remembered_variant.js.
-     * A later call, or a lost context, cancels this one.
+     * variants; literal: null to skip it. A later call, or a lost context, cancels this one.
      * @param {ShownModel} model @param {PrintedField} field @param {PrintedField | null} literal
      * @param {Probes} probes @param {Memory | null} memory */
     async load(model, field, literal, probes, memory) {
