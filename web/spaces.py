@@ -12,11 +12,12 @@ _TEXT = re.compile(r"(?:\\.|[^`\\$]|\$(?!\{))*(`|\$\{)", re.DOTALL)
 """The text of a template, up to its end or to an expression in it."""
 _SPACES = re.compile(r"\s*([*/%=<>,;({?:&|!\[^])\s*|\s*([)}\]]) *")
 """A mark, and the space beside it. A line's end after a closing bracket may end a statement."""
-_LAST_COMMA = re.compile(r",(?=[)}\]])")
+_LAST_MARK = re.compile(r",(?=[)}\]])|(?<![):]);(?=\})")
+"""A comma or a semicolon before a closing bracket. A semicolon after a parenthesis may be an empty statement."""
 
 
 def squeezed(script: str) -> str:
-    """Return JavaScript without comments, and without the space beside its marks.
+    """Return JavaScript without comments, last semicolons of blocks, and the space beside its marks.
 
     Strings, templates and regular expressions keep theirs.
     """
@@ -39,7 +40,7 @@ def without_blocks(script: str) -> str:
 
 
 def _short(code: str) -> str:
-    return _LAST_COMMA.sub("", _SPACES.sub(r"\1\2", code))
+    return _LAST_MARK.sub("", _SPACES.sub(r"\1\2", code))
 
 
 def _texts(script: str) -> Iterator[tuple[int, int]]:
