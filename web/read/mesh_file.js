@@ -25,13 +25,13 @@ import {parseXyz} from "./xyz.js";
  *     materials?: FoundMaterial[], isProduct?: boolean, notes?: string[], meshes?: number}} Parsed */
 /** Normals of any length (3 N), and the one of each corner of faces (3 F).
  * @typedef {{values: Float64Array | Float32Array, index: Uint32Array | Int32Array}} CornerNormals */
-/** sRGB in [0, 1]: of vertices (3 V); uv: of the corners of faces (6 F); material: of faces (F), null where all have the
- * first; pixels: RGBA.
+/** sRGB in [0, 1]: of vertices (3 V); uv: of the corners of faces (6 F); material: of faces (F), null where all have
+ * the first; pixels: RGBA.
  * @typedef {{width: number, height: number, pixels: Uint8ClampedArray}} Picture
  * @typedef {{vertex: Float32Array | null, uv: Float32Array | null, material: Uint16Array | null,
  *     materials: {color: number[], image: Picture | null}[]}} ShapeColors */
-/** A shape of a file. Vertices (3 V) at one place are one vertex, and polygons are triangles (3 F); a cloud has no faces,
- * but unit vectors (3 V). notes: lines for the visitor.
+/** A shape of a file. Vertices (3 V) at one place are one vertex, and polygons are triangles (3 F); a cloud has no
+ * faces, but unit vectors (3 V). notes: lines for the visitor.
  * @typedef {{name: string, vertices: Float64Array, faces: Uint32Array, normals: CornerNormals | null,
  *     cloudNormals: Float64Array | null, colors: ShapeColors | null, notes: string[], up: "y" | null}} ReadShape */
 

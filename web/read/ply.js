@@ -10,7 +10,8 @@ import {TextReader} from "./text_reader.js";
 // Reads a PLY file: a mesh or a cloud, text or binary in either order of bytes.
 
 /** What vertices have. table: texture coordinates.
- * @typedef {{vertices: Float64Array, normals?: Float64Array, tints?: Float32Array, table?: Float32Array}} VertexArrays */
+ * @typedef {{vertices: Float64Array, normals?: Float64Array, tints?: Float32Array, table?: Float32Array}}
+ *     VertexArrays */
 
 /** @param {Uint8Array} bytes @param {Find} find @returns {Parsed} */
 export function parsePly(bytes, find) {
