@@ -40,7 +40,8 @@ export class Kernel {
         this.factors = floats(exports.factors_at, FACTORS.length);
     }
 
-    /** Sets the factors of a level's loss. @param {LossWeights} weights */
+    /** Sets the factors of a level's loss, by the names of `LossWeights` in trainer/config.py.
+     * @param {Record<string, number>} weights */
     setLoss(weights) {
         this.factors.set(FACTORS.map((name) => weights[name]));
     }
