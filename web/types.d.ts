@@ -2,6 +2,7 @@
 // Arrays of vectors are flat: (3 N) are N vectors.
 
 type Numbers = ArrayLike<number>;
+type NestedBytes = Uint8Array | NestedBytes[];
 /** [x, y, z], or red, green, blue from 0 to 1, sRGB. */
 type Vector = number[];
 type Up = "x" | "y" | "z" | "-x" | "-y" | "-z";
@@ -279,6 +280,7 @@ interface Facts {
     points: number[];
     values: number[];
     scene?: SceneFacts;
+    target: string;
     /** Of an ES module. */
     shaders: Record<string, string>;
     poster?: string;
@@ -426,6 +428,7 @@ interface PageElements {
     pause: HTMLButtonElement;
     play: HTMLButtonElement;
     poster: HTMLImageElement;
+    resume: HTMLButtonElement;
     save: HTMLButtonElement;
     settings: HTMLFormElement;
     time: HTMLInputElement;

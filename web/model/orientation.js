@@ -4,7 +4,7 @@ import {facts} from "./facts.js";
 // by turning the first layer's weights, so that a turn needs no further training.
 
 /** Returns vectors (3 N numbers) of a file whose axis `up` points up, turned to y up. inverse: turns them back.
- * @template {Float32Array | Float64Array} T @param {T} vectors @param {Up} up */
+ * @template {Vector | Float32Array | Float64Array} T @param {T} vectors @param {Up} up */
 export function turned(vectors, up, inverse = false) {
     if (up === "y") return vectors;
     const m = facts.studio.upright[up], result = /** @type {T} */ (vectors.slice());

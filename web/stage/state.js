@@ -9,7 +9,7 @@
  *     loading: Promise<WebAssembly.Module> | null}} StageShape */
 /** A training under way. isLeft: for another file; isSeen: whether its field was drawn; paused: seconds.
  * @typedef {{isPaused: boolean, isStopped: boolean, isLeft?: boolean, isSeen?: boolean, paused: number,
- *     live: LivePicture | null}} Training */
+ *     live: LivePicture}} Training */
 /** The last training's result. bytes: of the model file; isFar: see judged().
  * @typedef {Trained & {settings: Settings, seconds: number, bytes: Uint8Array<ArrayBuffer>, isSaved: boolean,
  *     isFar: boolean}} Result */

@@ -225,7 +225,7 @@ function addLevels(levels, rows, nested) {
 self.onmessage = async ({data: {id, name, data}}) => {
     try {
         const answer = await answers[name](data);
-        self.postMessage({id, answer}, buffersOf(answer));
+        /** @type {Worker} */ (/** @type {unknown} */ (self)).postMessage({id, answer}, buffersOf(answer));
     } catch (error) {
         const isExpected = error instanceof TrainingError || error instanceof MeshError;
         self.postMessage({id, error: /** @type {Error} */ (error).message ?? String(error), isExpected});
@@ -241,5 +241,5 @@ function buffersOf(answer) {
             ? Object.values(value).filter(ArrayBuffer.isView)
             : []
     ));
-    return [...new Set(arrays.map(({buffer}) => buffer))];
+    return /** @type {ArrayBuffer[]} */ ([...new Set(arrays.map(({buffer}) => buffer))]);
 }
