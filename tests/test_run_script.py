@@ -167,6 +167,17 @@ def test_the_tests_stop_at_the_first_failure(checkout: Checkout) -> None:
     assert checkout.run("test")[0] == 3
 
 
+def test_javascript_is_checked_where_deno_is_installed(checkout: Checkout) -> None:
+    checkout.run("test")
+    assert "run: no deno; JavaScript is not checked" in checkout.run("test")[2]
+    deno = checkout.folder / ".venv" / "bin" / "deno"
+    shutil.copy(checkout.folder / ".venv" / "bin" / "python", deno)
+    of_deno = ["fmt --check", "lint", "check -q --no-remote web"]
+    assert checkout.run("test")[:2] == (0, [*CHECKS, *of_deno, "-m pytest"])
+    checkout.set("failing", "lint")
+    assert checkout.run("test")[:2] == (3, [*CHECKS, *of_deno[:2]])
+
+
 def test_an_old_python_is_one_line(checkout: Checkout) -> None:
     checkout.set("version", "3.9.2")
     code, called, said = checkout.run("demo")

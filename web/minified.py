@@ -4,6 +4,8 @@ import re
 from itertools import product
 from string import ascii_lowercase
 
+from .spaces import without_blocks
+
 _INDENT = re.compile(r"^[ \t]+", re.MULTILINE)
 _COMMENT_LINE = re.compile(r"^//.*\n?", re.MULTILINE)
 _COMMENT_AT_END = re.compile(r"[ \t]+// [^\n`'\"]*$", re.MULTILINE)
@@ -98,11 +100,12 @@ def _split(declaration: str) -> list[str]:
 
 
 def short_script(text: str) -> str:
-    """Return JavaScript, GLSL or WGSL without indentation, and without comments from // to the line's end.
+    """Return JavaScript, GLSL or WGSL without indentation and comments; of GLSL and WGSL, comments from /* to */ stay.
 
     Lines of the text that lie in a string must not look like comments, and their indentation is lost.
     """
-    return _COMMENT_AT_END.sub("", _COMMENT_LINE.sub("", _INDENT.sub("", text)))
+    code = without_blocks(text) if "/**" in text else text
+    return _COMMENT_AT_END.sub("", _COMMENT_LINE.sub("", _INDENT.sub("", code)))
 
 
 def short_shader(text: str) -> str:

@@ -11,16 +11,17 @@ void main() { gl_Position = vec4(vec2(int(gl_VertexID) & 1, int(gl_VertexID) >> 
 `;
 
 export class Device {
+    /** @param {HTMLCanvasElement} canvas */
     constructor(canvas) {
         const buffers = {alpha: false, antialias: false, depth: false, stencil: false};
-        this.gl = canvas.getContext("webgl2", {...buffers, powerPreference: "high-performance"});
-        if (!this.gl) {
+        const gl = canvas.getContext("webgl2", {...buffers, powerPreference: "high-performance"});
+        if (!gl) {
             throw new DeviceError(
                 "This browser shows no WebGL2, which the picture needs. "
                     + "Try a current Firefox, Chrome, Edge or Safari, with graphics acceleration switched on.",
             );
         }
-        const gl = this.gl;
+        this.gl = gl;
         this.float = Boolean(gl.getExtension("EXT_color_buffer_float"));
         this.half = this.float || Boolean(gl.getExtension("EXT_color_buffer_half_float"));
         this.parallel = gl.getExtension("KHR_parallel_shader_compile");
@@ -61,18 +62,20 @@ export class Device {
         return this.hasSmallStack ? 2 : shared.unroll;
     }
 
-    // Whether the stack suffices for literals: 3,105 terms took 90 % of it, 4,466 killed the process.
+    /** Whether the stack suffices for literals: 3,105 terms took 90 % of it, 4,466 killed the process.
+     * @param {string} text */
     survives(text) {
         return !this.hasSmallStack || text.split("+=").length < 3300;
     }
 
-    // Returns a new object of the context. Throws DeviceError where the driver refuses to make one.
+    /** Returns a new object of the context. Throws DeviceError where the driver refuses to make one.
+     * @template T @param {T | null} object */
     made(object) {
         if (object) return object;
         throw new DeviceError("The graphics driver is out of memory. Close other tabs, and reload the page.");
     }
 
-    // Throws DeviceError if the device cannot hold `height` rows of weights.
+    /** Throws DeviceError if the device cannot hold `height` rows of weights. @param {number} height */
     check(height) {
         if (this.lost) return;
         const gl = this.gl, side = gl.getParameter(gl.MAX_TEXTURE_SIZE);
@@ -84,11 +87,14 @@ export class Device {
         }
     }
 
-    // Starts to compile a fragment shader, in the background where the browser supports it. vertex: by default a
-    // triangle that covers all. Returns {program, shaders, sync} for isReady and finish.
+    /** Starts to compile a fragment shader, in the background where the browser supports it. vertex: by default a
+     * triangle that covers all. Returns what isReady and finish take.
+     * @param {string} fragment */
     begin(fragment, vertex = VERTEX) {
         const gl = this.gl, program = this.made(gl.createProgram());
-        const shaders = [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]].map(([kind, text]) => {
+        const shaders = /** @type {[number, string][]} */ (
+            [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]
+        ).map(([kind, text]) => {
             const shader = this.made(gl.createShader(kind));
             gl.shaderSource(shader, text);
             gl.compileShader(shader);
@@ -102,13 +108,14 @@ export class Device {
         return {program, shaders, sync};
     }
 
-    // Whether the compiler has finished, or the context is lost.
+    /** Whether the compiler has finished, or the context is lost.
+     * @param {{program: WebGLProgram, sync: WebGLSync | null}} compilation */
     isReady({program, sync}) {
         const {gl} = this;
         if (this.lost) return true;
         return sync ?
             gl.getSyncParameter(sync, gl.SYNC_STATUS) === gl.SIGNALED
-            : gl.getProgramParameter(program, this.parallel.COMPLETION_STATUS_KHR);
+            : this.parallel && gl.getProgramParameter(program, this.parallel.COMPLETION_STATUS_KHR);
     }
 
     // Whether a slow compilation blocks nothing else; only Direct3D's compiler is slow.
@@ -116,8 +123,8 @@ export class Device {
         return Boolean(this.parallel) || !/direct3d|d3d/i.test(this.name);
     }
 
-    // Returns {program, names} of a compilation, where `names` maps uniforms to locations. Throws DeviceError with the
-    // first line of the compiler's log.
+    /** Returns the program of a compilation. Throws DeviceError with the first line of the compiler's log.
+     * @param {{program: WebGLProgram, shaders: WebGLShader[]}} compilation @returns {Program} */
     finish({program, shaders}) {
         const gl = this.gl;
         if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !this.lost) {
@@ -130,34 +137,39 @@ export class Device {
             );
         }
         shaders.forEach((shader) => gl.deleteShader(shader));
-        const names = {}, count = this.lost ? 0 : gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS);
+        const names = /** @type {Program["names"]} */ ({});
+        const count = this.lost ? 0 : gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS);
         for (let i = 0; i < count; ++i) {
-            const {name} = gl.getActiveUniform(program, i);
+            const {name} = /** @type {WebGLActiveInfo} */ (gl.getActiveUniform(program, i));
             names[name.replace("[0]", "")] = gl.getUniformLocation(program, name);
         }
         return {program, names};
     }
 
-    // Returns a texture of width x height texels. values: a Float32Array with four numbers per texel, or null.
+    /** Returns a texture of width x height texels. values: four numbers per texel.
+     * @param {number} format @param {number} width @param {number} height @param {number} filter
+     * @param {Float32Array | null} values */
     texture(format, width, height, filter, values = null) {
         const gl = this.gl, texture = this.made(gl.createTexture());
         gl.bindTexture(gl.TEXTURE_2D, texture);
         gl.texStorage2D(gl.TEXTURE_2D, 1, format, width, height);
         if (values) this.write(texture, width, values);
-        const set = (name, value) => gl.texParameteri(gl.TEXTURE_2D, name, value);
+        const set = (/** @type {number} */ name, /** @type {number} */ value) =>
+            gl.texParameteri(gl.TEXTURE_2D, name, value);
         for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) set(name, filter);
         for (const name of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) set(name, gl.CLAMP_TO_EDGE);
         return texture;
     }
 
-    // Writes all texels of a texture. values: see texture().
+    /** Writes all texels of a texture. values: see texture().
+     * @param {WebGLTexture} texture @param {number} width @param {Float32Array} values */
     write(texture, width, values) {
         const gl = this.gl;
         gl.bindTexture(gl.TEXTURE_2D, texture);
         gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, values.length / 4 / width, gl.RGBA, gl.FLOAT, values);
     }
 
-    // Returns a texture for a grid of count ** 3 bytes.
+    /** Returns a texture for a grid of count ** 3 bytes. @param {number} count */
     grid(count) {
         const gl = this.gl, texture = this.made(gl.createTexture());
         gl.bindTexture(gl.TEXTURE_3D, texture);
@@ -167,14 +179,14 @@ export class Device {
         return texture;
     }
 
-    // Uploads a grid.
+    /** Uploads a grid. @param {WebGLTexture} texture @param {number} count @param {Uint8Array} values */
     fill(texture, count, values) {
         const gl = this.gl;
         gl.bindTexture(gl.TEXTURE_3D, texture);
         gl.texSubImage3D(gl.TEXTURE_3D, 0, 0, 0, 0, count, count, count, gl.RED_INTEGER, gl.UNSIGNED_BYTE, values);
     }
 
-    // Returns {texture, framebuffer, width, height}, a texture that can be a render target.
+    /** @param {number} format @param {number} width @param {number} height @param {number} filter @returns {Target} */
     target(format, width, height, filter) {
         const gl = this.gl, texture = this.texture(format, width, height, filter);
         const framebuffer = this.made(gl.createFramebuffer());
@@ -183,6 +195,7 @@ export class Device {
         return {texture, framebuffer, width, height};
     }
 
+    /** @param {Target} target */
     release({texture, framebuffer}) {
         this.gl.deleteFramebuffer(framebuffer);
         this.gl.deleteTexture(texture);
@@ -190,14 +203,15 @@ export class Device {
 
     // Resolves when all draws have finished, without blocking the page. Throws ContextLost.
     async done() {
-        const gl = this.gl, sync = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+        const gl = this.gl, sync = /** @type {WebGLSync} */ (gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0));
         gl.flush();
         while (!this.lost && gl.getSyncParameter(sync, gl.SYNC_STATUS) !== gl.SIGNALED) await pause(1);
         if (this.lost) throw new ContextLost();
         gl.deleteSync(sync);
     }
 
-    // Returns the result of the promise `work`, and ignores errors of a lost context, which recovery.js reports.
+    /** Returns the result of the promise `work`, and ignores errors of a lost context, which recovery.js reports.
+     * @template T @param {Promise<T>} work */
     async unlessLost(work) {
         try {
             return await work;
@@ -207,7 +221,8 @@ export class Device {
     }
 }
 
-// Calls back whenever a CSS pixel has another number of device pixels: on another screen, or zoomed.
+/** Calls back whenever a CSS pixel has another number of device pixels: on another screen, or zoomed.
+ * @param {() => void} onChange */
 export function watchDensity(onChange) {
     matchMedia(`(resolution: ${devicePixelRatio}dppx)`).addEventListener("change", () => {
         watchDensity(onChange);
@@ -217,7 +232,7 @@ export function watchDensity(onChange) {
 
 export const nextFrame = () => new Promise((resolve) => requestAnimationFrame(resolve));
 
-// Returns the name of the driver, if the browser reveals it.
+/** Returns the name of the driver, if the browser reveals it. @param {WebGL2RenderingContext} gl */
 function driverName(gl) {
     const plain = String(gl.getParameter(gl.RENDERER));
     if (plain !== "WebKit WebGL") return plain;

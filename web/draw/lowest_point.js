@@ -6,8 +6,10 @@ import {fieldValue, widenedValues} from "../print/reference.js";
 const LAYERS = 32;
 const MORE = 2; // layers searched above the first layer with the surface
 
+/** @param {Model} model */
 export function lowestPoint(model) {
-    const reach = Math.sqrt(3) * shared.cells.overestimate / LAYERS, at = (i) => (2 * i + 1) / LAYERS - 1;
+    const reach = Math.sqrt(3) * shared.cells.overestimate / LAYERS,
+        at = (/** @type {number} */ i) => (2 * i + 1) / LAYERS - 1;
     let lowest = Infinity;
     for (let layer = 0, left = MORE; layer < LAYERS && left >= 0; ++layer) {
         const points = Array.from(
@@ -23,9 +25,10 @@ export function lowestPoint(model) {
     return lowest < Infinity ? lowest : -1;
 }
 
-// Returns the height at which Newton's method moves a point onto the surface; Infinity if it does not.
+/** Returns the height at which Newton's method moves a point onto the surface; Infinity if it does not.
+ * @param {Model} model @param {Vector} point */
 function landed(model, point) {
-    const step = 1e-3, value = (p) => fieldValue(model, p)[0];
+    const step = 1e-3, value = (/** @type {Vector} */ p) => fieldValue(model, p)[0];
     for (let i = 0; i < 5; ++i) {
         const f = value(point);
         if (Math.abs(f) < 1e-3) return Math.hypot(...point) < 1.1 ? point[1] : Infinity;

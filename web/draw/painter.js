@@ -4,18 +4,34 @@ import {Passes, POINTS_UNIT} from "./passes.js";
 import {packed, wanted} from "./samples.js";
 
 // Draws pictures tile by tile. The model's shaders draw one sample of each pixel to a small target, which is added to
-// the picture, the mean of its samples in linear light. A variant is described in variants.js. A pass {tiles, values}
-// is one sample of all or some pixels: the remaining tiles, or packs of pixels (samples.js), and the uniforms.
+// the picture, the mean of its samples in linear light.
+/** @import {Pack} from "./samples.js"
+ * @import {Uniforms} from "./uniforms.js"
+ * @typedef {[x: number, y: number, width: number, height: number]} Tile
+ * @typedef {{tiles: (Tile | Pack)[], values: Uniforms}} Pass One sample of all or some pixels: the remaining tiles, and
+ * the uniforms */
 const TILE_SIDE = 512; // pixels, of the small target
 const BATCH = 20; // milliseconds of drawing in one batch
 
 export class Painter {
+    /** @type {Promise<unknown>} */ queue = Promise.resolve();
+    /** @type {Device} */ device;
+    /** @type {Program} */ accumulate;
+    /** @type {Program} */ present;
+    /** @type {Program} */ contrast;
+    /** @type {Program} */ scatter;
+    /** @type {WebGLTexture} */ places;
+    /** @type {Target} */ tile;
+    /** @type {Passes} */ passes;
+
+    /** @param {HTMLCanvasElement} canvas @param {(name: string) => string} source text of a GLSL file in the page */
     constructor(canvas, source) {
-        Object.assign(this, {canvas, source, queue: Promise.resolve()});
+        this.canvas = canvas;
+        this.source = source;
         this.open();
     }
 
-    // Returns a GLSL file with its includes inserted, each once.
+    /** Returns a GLSL file with its includes inserted, each once. @param {string} name @returns {string} */
     shader(name, seen = new Set()) {
         if (seen.has(name)) return "";
         seen.add(name);
@@ -26,6 +42,7 @@ export class Painter {
     open() {
         const device = this.device = new Device(this.canvas);
         const opening = "#version 300 es\nprecision highp float; precision highp int; precision highp sampler2D;\n";
+        /** @param {string} name @param {string} [vertices] */
         const program = (name, vertices) => device.finish(device.begin(opening + this.shader(name), vertices));
         const target = () => device.target(device.sampleFormat, TILE_SIDE, TILE_SIDE, device.gl.NEAREST);
         try {
@@ -43,37 +60,39 @@ export class Painter {
         }
     }
 
-    // Calls `work` after all previous work; returns its promise.
+    /** Calls `work` after all previous work; returns its promise.
+     * @template T @param {() => T | Promise<T>} work @returns {Promise<T>} */
     exclusively(work) {
         const turn = this.queue.then(work);
         this.queue = turn.catch(() => {});
         return turn;
     }
 
-    // Returns `picture` if it has the size; else replaces it.
+    /** Returns `picture` if it has the size; else replaces it. @param {Target | null} picture @param {number[]} size */
     sized(picture, [width, height]) {
         if (picture && picture.width === width && picture.height === height) return picture;
         if (picture) this.device.release(picture);
         return this.device.target(this.device.pictureFormat, width, height, this.device.gl.LINEAR);
     }
 
-    // Returns the side of a tile. cost: milliseconds per pixel, 0 if unknown.
+    /** Returns the side of a tile. cost: milliseconds per pixel, 0 if unknown. @param {number} cost */
     side(cost) {
         const pixels = cost ? BATCH / cost : 4096;
         return Math.min(TILE_SIDE, Math.max(32, 2 ** Math.floor(Math.log2(Math.sqrt(pixels)))));
     }
 
-    // Returns the tiles [x, y, width, height] of a picture, from the center outwards. cost: see side().
+    /** Returns the tiles [x, y, width, height] of a picture, from the center outwards. cost: see side().
+     * @param {number[]} size @param {number} cost */
     tiles([width, height], cost) {
-        const side = this.side(cost), tiles = [];
+        /** @type {Tile[]} */ const tiles = [], side = this.side(cost);
         for (let y = 0; y < height; y += side)
             for (let x = 0; x < width; x += side)
                 tiles.push([x, y, Math.min(side, width - x), Math.min(side, height - y)]);
-        const far = ([x, y]) => Math.hypot(x + side / 2 - width / 2, y + side / 2 - height / 2);
+        const far = (/** @type {Tile} */ [x, y]) => Math.hypot(x + side / 2 - width / 2, y + side / 2 - height / 2);
         return tiles.sort((a, b) => far(a) - far(b));
     }
 
-    // Returns wanted() of a picture with one sample of every pixel.
+    /** Returns wanted() of a picture with one sample of every pixel. @param {Target} picture @param {number} samples */
     async wanted(picture, samples) {
         const {gl} = this.device, {width, height} = picture, {program} = this.contrast;
         const target = this.device.target(gl.RGBA8, width, height, gl.NEAREST),
@@ -90,19 +109,21 @@ export class Painter {
         return wanted(seen, samples);
     }
 
-    // Returns the packs of one further sample of some pixels. offset, cost: see packed() and side().
+    /** Returns the packs of one further sample of some pixels. offset, cost: see packed() and side().
+     * @param {number[]} pixels @param {Target} picture @param {number[]} offset @param {number} cost */
     packs(pixels, {width}, offset, cost) {
         return packed(pixels, width, offset, this.side(cost));
     }
 
-    // Draws and removes tiles of a pass for about the time of a batch. Returns the milliseconds. share: weight of this
-    // sample in the picture's mean.
+    /** Draws and removes tiles of a pass for about the time of a batch. Returns the milliseconds. share: weight of
+     * this sample in the picture's mean.
+     * @param {Variant} variant @param {Pass} pass @param {Target} picture @param {number} share */
     async batch(variant, {tiles, values}, picture, share) {
         const start = performance.now();
         let pixels = 0;
         do {
-            const next = tiles.shift();
-            pixels += next.places ?
+            const next = /** @type {Tile | Pack} */ (tiles.shift());
+            pixels += "places" in next ?
                 this.drawPack(variant, values, next, picture, share)
                 : this.drawTile(variant, values, next, picture, share);
         } while (tiles.length && variant.cost && pixels * variant.cost < BATCH);
@@ -112,13 +133,17 @@ export class Painter {
         return milliseconds;
     }
 
-    // Draws a tile or a pack, adds it to the picture, and returns its number of pixels.
+    /** Draws a tile or a pack, adds it to the picture, and returns its number of pixels.
+     * @param {Variant} variant @param {Uniforms} values @param {Tile} tile @param {Target} picture
+     * @param {number} share */
     drawTile(variant, values, [x, y, width, height], picture, share) {
         this.draw(variant, values, [x, y], [width, height]);
         this.add(picture, [x, y], [width, height], share);
         return width * height;
     }
 
+    /** @param {Variant} variant @param {Uniforms} values @param {Pack} pack @param {Target} picture
+     * @param {number} share */
     drawPack(variant, values, {width, height, places}, picture, share) {
         const {gl} = this.device;
         gl.bindTexture(gl.TEXTURE_2D, this.places);
@@ -128,17 +153,20 @@ export class Painter {
         return width * height;
     }
 
-    // Draws a rectangle of the picture's sample to [column, row] of the small target.
+    /** Draws a rectangle of the picture's sample to [column, row] of the small target.
+     * @param {Variant} variant @param {Uniforms} values @param {number[]} place @param {[number, number]} size */
     draw(variant, values, [x, y], size, [column, row] = [0, 0]) {
         const uniforms = {scattered: 0, ...values, origin: [x - column, y - row]};
         this.passes.draw(variant, uniforms, [column, row, ...size], this);
     }
 
+    /** @param {string} name */
     vertexShader(name) {
         return `#version 300 es\nprecision highp sampler2D;\n${this.shader(`${name}.vert.glsl`)}`;
     }
 
-    // Adds the small target to the picture's mean; the first sample also sets the coverage.
+    /** Adds the small target to the picture's mean; the first sample also sets the coverage.
+     * @param {Target} picture @param {number[]} place @param {number[]} size @param {number} share */
     add(picture, [x, y], [width, height], share) {
         const {gl} = this.device, {program, names} = this.accumulate;
         gl.useProgram(program);
@@ -148,7 +176,8 @@ export class Painter {
         this.blend(picture, share, () => gl.drawArrays(gl.TRIANGLES, 0, 3));
     }
 
-    // Adds the samples of a pack, each to its pixel.
+    /** Adds the samples of a pack, each to its pixel.
+     * @param {Target} picture @param {number[]} size @param {number} share */
     spread(picture, [width, height], share) {
         const {gl} = this.device, {program, names} = this.scatter;
         gl.useProgram(program);
@@ -159,7 +188,8 @@ export class Painter {
         this.blend(picture, share, () => gl.drawArrays(gl.POINTS, 0, width * height));
     }
 
-    // Draws to a picture's mean with a weight.
+    /** Draws to a picture's mean with a weight.
+     * @param {Target} picture @param {number} share @param {() => void} draw */
     blend(picture, share, draw) {
         const {gl} = this.device;
         gl.bindFramebuffer(gl.FRAMEBUFFER, picture.framebuffer);
@@ -173,8 +203,9 @@ export class Painter {
         gl.disable(gl.BLEND);
     }
 
-    // Draws a picture to the canvas, or, as linear light, to another picture. cameras: [the picture's, the one to
-    // reproject it to] (present.glsl); null: as it is.
+    /** Draws a picture to the canvas, or, as linear light, to another picture. cameras: [the picture's, the one to
+     * reproject it to] (present.glsl); null: as it is.
+     * @param {Target} picture @param {Target | null} onto @param {Camera[] | null} cameras */
     put(picture, onto = null, cameras = null) {
         const {gl} = this.device, {program, names} = this.present, {width, height} = onto ?? this.canvas;
         gl.useProgram(program);
@@ -193,7 +224,7 @@ export class Painter {
         gl.drawArrays(gl.TRIANGLES, 0, 3);
     }
 
-    // Returns the red channel of the first `count` pixels of the small target.
+    /** Returns the red channel of the first `count` pixels of the small target. @param {number} count */
     reds(count) {
         const {gl} = this.device, pixels = new Float32Array(4 * count);
         gl.bindFramebuffer(gl.FRAMEBUFFER, this.tile.framebuffer);

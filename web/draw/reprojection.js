@@ -5,30 +5,41 @@ const ENOUGH = 1 / 2; // resolution from which a picture is good: it is reprojec
 const HURRY = 400; // milliseconds for a picture in place of one that is not good, or too far away
 const FARTHEST_TURN = 25; // degrees of a reprojection; farther, the picture waits
 
-// Returns the turn between two angles, degrees from -180 to 180.
+/** Returns the turn between two angles, degrees from -180 to 180. @param {number} angle @param {number} start */
 const turnBetween = (angle, start) => (angle - start + 540) % 360 - 180;
 
-// Returns the angle nearest to `angle` to which a picture seen from the angle `start` may be reprojected.
+/** Returns the angle nearest to `angle` to which a picture seen from the angle `start` may be reprojected.
+ * @param {number} angle @param {number} start */
 export const nearAngle = (angle, start) => (
     start + Math.max(-FARTHEST_TURN, Math.min(FARTHEST_TURN, turnBetween(angle, start)))
 );
 
+/** @import {Pass} from "./painter.js"
+ * @import {Renderer} from "./renderer.js"
+ * @typedef {{scene: Scene, scale: number, name?: "still" | "quick"}} Kept
+ * @typedef {{picture: Target, camera: Camera, scale: number}} Shown
+ * @typedef {Shown & {pass: Pass, isHurried: boolean, spent: number}} Coming */
 export class Following {
+    /** @type {Kept | null} Of the last picture; name: of a property of the renderer. */ kept = null;
+    /** @type {Shown | null} The last picture. */ shown = null;
+    /** @type {Coming | null} The one in work. */ coming = null;
+
+    /** @param {Renderer} renderer */
     constructor(renderer) {
         this.renderer = renderer;
-        this.kept = null; // {scene, scale, name} of the last picture, null for none; name: of a property of the renderer
-        this.shown = this.coming = null; // {picture, camera, scale}: the last picture; the one in work, also with its pass
     }
 
-    // Milliseconds to draw a picture of a resolution.
+    /** Milliseconds to draw a picture of a resolution. @param {number} scale */
     time(scale) {
-        const {variants, size: [width, height]} = this.renderer;
-        return variants.current.cost * width * height * scale ** 2;
+        const {current, size: [width, height]} = this.renderer;
+        return current.cost * width * height * scale ** 2;
     }
 
     // Whether frames take too long, while there is a picture of the same model with the same options.
     get isBetter() {
-        const {scene, pace, motion} = this.renderer, {kept} = this, options = (of) => JSON.stringify(of.options);
+        const {scene, pace, motion} = this.renderer,
+            {kept} = this,
+            options = (/** @type {Scene} */ of) => JSON.stringify(of.options);
         if (!kept || pace !== motion || scene.options.resolution !== "auto") return false;
         const isSlow = this.time(kept.scale < ENOUGH ? COARSEST : ENOUGH) > motion.goal;
         return isSlow && kept.scene.model === scene.model && options(kept.scene) === options(scene);
@@ -36,22 +47,24 @@ export class Following {
 
     // Whether the shown picture is good for the present camera.
     get isGood() {
-        const {shown, renderer: {scene: {camera}}} = this;
-        const isNear = (angle) => Math.abs(turnBetween(camera[angle], shown.camera[angle])) <= FARTHEST_TURN;
+        const shown = /** @type {Shown} */ (this.shown), {camera} = this.renderer.scene;
+        const isNear = (/** @type {"azimuth" | "elevation"} */ angle) =>
+            Math.abs(turnBetween(camera[angle], shown.camera[angle])) <= FARTHEST_TURN;
         return shown.scale >= ENOUGH && isNear("azimuth") && isNear("elevation");
     }
 
     // Draws the next tiles, and the last picture; at rest, leaves both to the refinement.
     async step() {
-        const {renderer, kept} = this, {painter, scene} = renderer, {current} = renderer.variants;
-        if (!this.shown) {
-            this.shown = {picture: renderer[kept.name], camera: kept.scene.camera, scale: kept.scale};
+        const {renderer, kept} = this, {painter, scene, current} = renderer;
+        if (!this.shown && kept?.name) {
+            const picture = /** @type {Target} */ (renderer[kept.name]);
+            this.shown = {picture, camera: kept.scene.camera, scale: kept.scale};
             renderer[kept.name] = null;
         }
         if (performance.now() >= renderer.restAt) return this.rest();
         const {isGood} = this, quick = Math.sqrt(HURRY / this.time(1));
         const scale = isGood ? ENOUGH : Math.max(COARSEST, Math.min(ENOUGH, quick));
-        const {isHurried, scale: begun} = this.coming ?? {};
+        const {isHurried = null, scale: begun = 0} = this.coming ?? {};
         if (isHurried === isGood || begun > 2 * scale) this.forget("coming"); // the first tiles tell the time of the rest
         this.coming ??= this.begin(scale, !isGood);
         const {coming} = this;
@@ -65,6 +78,7 @@ export class Following {
         this.put();
     }
 
+    /** @param {number} scale @param {boolean} isHurried */
     begin(scale, isHurried) {
         const {painter, scene, size} = this.renderer, {camera} = scene;
         const pixels = size.map((side) => Math.max(1, Math.round(scale * side)));
@@ -72,9 +86,9 @@ export class Following {
         return {camera, picture, pass, scale, isHurried, spent: 0};
     }
 
-    // Draws the last picture to the canvas, or, as linear light, to another picture.
+    /** Draws the last picture to the canvas, or, as linear light, to another picture. @param {Target | null} onto */
     put(onto = null) {
-        const {painter, scene} = this.renderer, {picture, camera} = this.shown;
+        const {painter, scene} = this.renderer, {picture, camera} = /** @type {Shown} */ (this.shown);
         const azimuth = nearAngle(scene.camera.azimuth, camera.azimuth);
         const elevation = nearAngle(scene.camera.elevation, camera.elevation);
         painter.put(picture, onto, [camera, {...scene.camera, azimuth, elevation}]);
@@ -92,7 +106,8 @@ export class Following {
         renderer.rest(0, 0);
     }
 
-    // The renderer's picture `name`, "still" or "quick", shows a scene at a resolution.
+    /** The renderer's picture `name`, "still" or "quick", shows a scene at a resolution.
+     * @param {"still" | "quick"} name @param {Scene} scene @param {number} scale */
     keep(name, scene, scale) {
         this.spoil();
         this.kept = {name, scene, scale};
@@ -105,8 +120,10 @@ export class Following {
         this.kept = null;
     }
 
+    /** @param {"shown" | "coming"} name */
     forget(name) {
-        if (this[name]) this.renderer.device.release(this[name].picture);
+        const {picture} = this[name] ?? {};
+        if (picture) this.renderer.device.release(picture);
         this[name] = null;
     }
 }

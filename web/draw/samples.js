@@ -4,8 +4,9 @@ import {shared} from "../model/facts.js";
 // pixels.
 const SQUARE = shared.samples.block; // texels along a side
 
-// Returns {pixels, counts}: indices of the pixels with further samples, in row order, and their numbers of further
-// samples. seen: four bytes per pixel from contrast.glsl. samples: largest number per pixel.
+/** Returns {pixels, counts}: indices of the pixels with further samples, in row order, and their numbers of further
+ * samples. seen: four bytes per pixel from contrast.glsl. samples: largest number per pixel.
+ * @param {Uint8Array} seen @param {number} samples */
 export function wanted(seen, samples) {
     const bins = new Float64Array(256);
     let covered = 0;
@@ -14,11 +15,11 @@ export function wanted(seen, samples) {
         if (seen[i + 3]) ++covered;
     }
     const {share, plenty, power, steepest} = shared.samples;
-    const count = (byte, steepness) => {
+    const count = (/** @type {number} */ byte, /** @type {number} */ steepness) => {
         const further = Math.min(Math.floor((byte / 255) ** power * steepness), samples - 1);
         return further === 1 ? 0 : further;
     };
-    const isTooMuch = (steepness) => {
+    const isTooMuch = (/** @type {number} */ steepness) => {
         const most = share * Math.max(1, (plenty / steepness) ** 2) * (samples - 1) * covered;
         return bins.reduce((sum, many, byte) => sum + many * count(byte, steepness), 0) > most;
     };
@@ -36,9 +37,12 @@ export function wanted(seen, samples) {
     return {pixels, counts: pixels.map((pixel) => table[seen[4 * pixel]])};
 }
 
-// Returns packs {width, height, places} of one further sample of pixels, in squares of SQUARE texels of a target with
-// room for `side` of them. places: for each texel a point of the picture, pixels; unused texels lie outside. across:
-// pixels per row; offset: of the sample from the pixel's center, pixels.
+/** @typedef {{width: number, height: number, places: Float32Array}} Pack */
+
+/** Returns packs {width, height, places} of one further sample of pixels, in squares of SQUARE texels of a target
+ * with room for `side` of them. places: for each texel a point of the picture, pixels; unused texels lie outside.
+ * across: pixels per row; offset: of the sample from the pixel's center, pixels.
+ * @param {number[]} pixels @param {number} across @param {number[]} offset @param {number} side */
 export function packed(pixels, across, [right, up], side) {
     const packs = [], room = SQUARE * SQUARE;
     for (let start = 0; start < pixels.length; start += side * side) {

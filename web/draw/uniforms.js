@@ -1,10 +1,12 @@
 import {shared} from "../model/facts.js";
 import {FOCAL, matrix} from "./camera.js";
 
-// The uniforms of the model's shader. A scene is {model, camera, options, cells}.
+// The uniforms of the model's shader.
+/** @typedef {ReturnType<typeof uniforms> & {scattered?: number, origin?: number[]}} Uniforms */
 
-// Returns an object from uniforms to numbers or lists, for sample k of every pixel of a [width, height] picture. loops:
-// the field's loop iterations (field.js) where the driver limits them; else null.
+/** Returns an object from uniforms to numbers or lists, for sample k of every pixel of a [width, height] picture.
+ * loops: the field's loop iterations (field.js) where the driver limits them; else null.
+ * @param {Scene} scene @param {Loops | null} loops @param {number[]} size */
 export function uniforms({model, camera, options, cells}, loops, [width, height], k = 0) {
     const {defaults, shadings} = shared;
     const [level, normalLevel] = [options.level, options.normalLevel ?? options.level]
@@ -37,17 +39,21 @@ export function uniforms({model, camera, options, cells}, loops, [width, height]
     };
 }
 
+/** @param {Scene} scene @param {Partial<Options>} options */
 export function withOptions(scene, options) {
     return {...scene, options: {...scene.options, ...options}};
 }
 
-// Returns the steps per round at each level.
+/** Returns the steps per round at each level. @param {Model} model @param {Options} options */
 export function stepsOf(model, options) {
     return model.levels.map(({iterations}) => Math.max(1, Math.round(iterations * options.iterations)));
 }
 
-// Reduces steps and rounds until llvmpipe's loop limit suffices, as schedule_that_fits in viewer/draw/loop_limit.py for
-// the relaxed schedule. If one round is too long, returns one round. newton: whether rays take newton_step() first.
+/** Reduces steps and rounds until llvmpipe's loop limit suffices, as schedule_that_fits in viewer/draw/loop_limit.py
+ * for the relaxed schedule. If one round is too long, returns one round. newton: whether rays take newton_step()
+ * first.
+ * @param {Loops | null} loops @param {number} level @param {number} normalLevel @param {number[]} steps
+ * @param {number} rounds */
 export function fitting(loops, level, normalLevel, steps, rounds, newton = false) {
     if (!loops) return {steps, rounds};
     const softbox = shared.softbox_evaluations * (1 + loops.value[0]) + 1;
@@ -62,7 +68,7 @@ export function fitting(loops, level, normalLevel, steps, rounds, newton = false
     return {steps, rounds};
 }
 
-// Returns the offset of sample k, pixels: 0, and then a low-discrepancy sequence.
+/** Returns the offset of sample k, pixels: 0, and then a low-discrepancy sequence. @param {number} k */
 export function jitter(k) {
     return k ? [(0.5 + k * 0.7548776662) % 1 - 0.5, (0.5 + k * 0.5698402910) % 1 - 0.5] : [0, 0];
 }

@@ -5,30 +5,37 @@ import {uniforms, withOptions} from "./uniforms.js";
 
 // The model's shader has two variants: weights in a texture, or as literals. The texture variant is ready at once. The
 // literal variant compiles after the first picture, because slow drivers draw nothing meanwhile; the faster one stays.
-// A variant is {storage, programs, weights, loops, cost, proven}. storage: "texture" or "literal"; programs: {program,
-// names, inBlocks} by pass, with uniform locations in `names`; weights: a texture, or null; loops: the field's loop
-// iterations (field.js) where the driver limits them, else null; cost: milliseconds per pixel, 0 if unknown; proven:
-// whether it has drawn a whole picture.
+/** @import {memoryOf} from "./remembered_variant.js"
+ * @import {Painter} from "./painter.js"
+ * @import {Uniforms} from "./uniforms.js"
+ * @typedef {ReturnType<typeof memoryOf>} Memory */
 // Milliseconds: longest compilation of literals; longest wait for the first picture before it.
 const LITERAL_LIMIT = 60000, LITERAL_DELAY = 30000;
 
 export class Variants {
-    // scene: see uniforms.js; load() sets its model. listener: {loaded(), settled(): whether the picture is complete,
-    // stored(storage, error), trying(isTried), failed(error)}. `current` is the active variant, or null.
+    /** @type {Variant | null} The active one. */ current = null;
+    /** @type {Probes} */ probes;
+    generation = 0;
+
+    /** @param {Painter} painter @param {Scene} scene load() sets its model
+     * @param {Listener & {settled: () => boolean}} listener settled: whether the picture is complete */
     constructor(painter, scene, listener) {
-        Object.assign(this, {painter, scene, listener, current: null, generation: 0});
+        this.painter = painter;
+        this.scene = scene;
+        this.listener = listener;
     }
 
-    // Loads a model, and resolves when its texture variant is ready. field, literal: from printField for the two
-    // variants; literal: null to skip it. probes: {points, values} of the field. memory: see remembered_variant.js. A later call,
-    // or a lost context, cancels this one.
+    /** Loads a model, and resolves when its texture variant is ready. field, literal: from printField for the two
+     * variants; literal: null to skip it. A later call, or a lost context, cancels this one.
+     * @param {ShownModel} model @param {PrintedField} field @param {PrintedField | null} literal
+     * @param {Probes} probes @param {Memory | null} memory */
     async load(model, field, literal, probes, memory) {
         const {device} = this.painter, generation = ++this.generation;
         const isWanted = () => generation === this.generation && !device.lost;
         device.check(field.height);
         const variant = await this.compile("texture", field, model, isWanted);
         await this.painter.exclusively(async () => {
-            if (!isWanted()) return this.drop(variant);
+            if (!variant || !isWanted()) return this.drop(variant);
             this.drop(this.current);
             Object.assign(this.scene, {model, cells: null});
             this.painter.passes.setCells(null);
@@ -38,20 +45,23 @@ export class Variants {
             this.listener.loaded();
         });
         if (isWanted()) device.unlessLost(this.findCells(model, isWanted)).catch(this.listener.failed);
-        const isPossible = literal && device.patient && device.survives(literal.text);
-        if (isWanted() && isPossible && !["texture", "trying"].includes(memory.read()))
+        const isPossible = memory && literal && device.patient && device.survives(literal.text);
+        if (isWanted() && isPossible && !["texture", "trying"].includes(/** @type {string} */ (memory.read())))
             device.unlessLost(this.race(literal, isWanted, memory)).catch(this.listener.failed);
     }
 
-    // Replaces the weights of the texture variant. model: of the same layers; texels: of its printField.
+    /** Replaces the weights of the texture variant. model: of the same layers; texels: of its printField.
+     * @param {ShownModel} model @param {Float32Array} texels */
     replace(model, texels) {
         ++this.generation; // cancels the search for cells of the old weights
-        this.painter.device.write(this.current.weights, TEXTURE_WIDTH, texels);
+        const {weights} = /** @type {Variant & {weights: WebGLTexture}} */ (this.current);
+        this.painter.device.write(weights, TEXTURE_WIDTH, texels);
         Object.assign(this.scene, {model, cells: null});
         this.painter.passes.setCells(null);
     }
 
-    // Computes the grids of cells, coarse ones first, while the page draws without.
+    /** Computes the grids of cells, coarse ones first, while the page draws without.
+     * @param {ShownModel} model @param {() => boolean} isWanted */
     async findCells(model, isWanted) {
         for (const count of countsOf(model)) {
             const cells = await emptyCells(model, count, isWanted, () => pause(0));
@@ -64,7 +74,8 @@ export class Variants {
         }
     }
 
-    // Compiles the literals while the other variant draws, times both on the current view, and keeps the faster.
+    /** Compiles the literals while the other variant draws, times both on the current view, and keeps the faster.
+     * @param {PrintedField} literal @param {() => boolean} isWanted @param {Memory} memory */
     async race(literal, isWanted, memory) {
         const {painter, scene} = this, remembered = memory.read();
         const isEarly = () => remembered !== "literal" && isWanted() && !this.listener.settled();
@@ -77,23 +88,31 @@ export class Variants {
             if (!isWanted()) return this.drop(variant);
             if (!variant) return memory.write("texture");
             await this.warm(variant);
-            const values = uniforms(scene, this.current.loops, [256, 256]);
+            const current = /** @type {Variant} */ (this.current), values = uniforms(scene, current.loops, [256, 256]);
             const faster = remembered === "literal"
-                || await this.time(variant, values) < await this.time(this.current, values);
-            this.drop(faster ? this.current : variant);
+                || await this.time(variant, values) < await this.time(current, values);
+            this.drop(faster ? current : variant);
             memory.write(faster ? "literal" : "texture");
             if (faster) await this.keep(variant, isWanted);
         }).finally(() => isWanted() && this.listener.trying(false));
     }
 
-    // Returns a variant of a printed field; null if it is no longer wanted, or takes longer than `limit` milliseconds.
+    /** Returns a variant of a printed field; null if it is no longer wanted, or takes longer than `limit`
+     * milliseconds.
+     * @param {Variant["storage"]} storage @param {PrintedField} field @param {Model} model
+     * @param {() => boolean} isWanted @returns {Promise<Variant | null>} */
     async compile(storage, {text, texels, height, loops}, model, isWanted, limit = Infinity) {
         const {painter} = this, {device, passes} = painter, {gl} = device, start = performance.now();
         const levels = `const int LEVELS = ${model.levels.length};`;
         const opening = painter.source("prologue").replace(/const int LEVELS ?= ?\d+;/, levels);
-        const shader = (name) => `${opening}\n${passes.defines(model)}${text}\n${painter.shader(`${name}.glsl`)}`;
-        const vertices = (name) => (passes.inBlocks(name) ? painter.vertexShader("blocks") : undefined);
-        const begun = passes.names(storage).map((name) => [name, device.begin(shader(name), vertices(name))]);
+        const shader = (/** @type {string} */ name) =>
+            `${opening}\n${passes.defines(model)}${text}\n${painter.shader(`${name}.glsl`)}`;
+        const vertices = (
+            /** @type {string} */ name,
+        ) => (passes.inBlocks(name) ? painter.vertexShader("blocks") : undefined);
+        const begun = passes.names(storage).map((
+            name,
+        ) => /** @type {const} */ ([name, device.begin(shader(name), vertices(name))]));
         while (!begun.every(([, one]) => device.isReady(one))) {
             await pause(15);
             if (isWanted() && performance.now() - start < limit) continue;
@@ -109,19 +128,21 @@ export class Variants {
         return {storage, programs, weights, loops: device.limitsLoops ? loops : null, cost: 0, proven: false};
     }
 
+    /** @param {Variant | null} variant */
     drop(variant) {
         const {gl} = this.painter.device;
         Object.values(variant?.programs ?? {}).forEach(({program}) => gl.deleteProgram(program));
         gl.deleteTexture(variant?.weights ?? null);
     }
 
+    /** @param {Variant} variant @param {() => boolean} isWanted */
     async keep(variant, isWanted) {
         this.current = variant;
         const error = await this.error(variant);
         if (isWanted()) this.listener.stored(variant.storage, error);
     }
 
-    // Draws a first pixel, where drivers do most of their compilation.
+    /** Draws a first pixel, where drivers do most of their compilation. @param {Variant} variant */
     async warm(variant) {
         const {painter, scene} = this;
         const coarse = withOptions(scene, {level: 1, normalLevel: 1, shading: "softbox"}); // uses all passes
@@ -130,7 +151,8 @@ export class Variants {
         await painter.device.done();
     }
 
-    // Returns the milliseconds to draw the center of a 256 x 256 picture.
+    /** Returns the milliseconds to draw the center of a 256 x 256 picture.
+     * @param {Variant} variant @param {Uniforms} values */
     async time(variant, values) {
         for (let count = 1;; count *= 4) {
             const start = performance.now();
@@ -141,8 +163,9 @@ export class Variants {
         }
     }
 
-    // Returns the largest difference between the shader's field and the probes' values; null if the device cannot
-    // measure it. The field f at a point is the end t = f of a ray from there after one step of scale 1.
+    /** Returns the largest difference between the shader's field and the probes' values; null if the device cannot
+     * measure it. The field f at a point is the end t = f of a ray from there after one step of scale 1.
+     * @param {Variant} variant */
     async error(variant) {
         const {painter, scene, probes: {points, values: expected}} = this, levels = scene.model.levels.length;
         if (!painter.device.float || !expected.length) return null;

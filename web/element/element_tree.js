@@ -20,13 +20,17 @@ font: 13px/1.4 system-ui, sans-serif; overflow-wrap: anywhere; color: #fff; back
 const LABELS = "arrow keys turn it, plus and minus zoom, R resets the view";
 
 export class ElementTree {
+    /** @type {HTMLCanvasElement | null} */ canvas = null;
+
+    /** @param {HTMLElement} host */
     constructor(host) {
         const shadow = host.attachShadow({mode: "open"}), style = new CSSStyleSheet();
         style.replaceSync(STYLE);
         shadow.adoptedStyleSheets = [style];
-        const [poster, slot, image, still, note] = ["div", "slot", "img", "canvas", "div"].map(
-            (tag) => document.createElement(tag),
-        );
+        const [poster, slot, image, still, note] =
+            /** @type {[HTMLElement, HTMLSlotElement, HTMLImageElement, HTMLCanvasElement, HTMLElement]} */ (
+                ["div", "slot", "img", "canvas", "div"].map((tag) => document.createElement(tag))
+            );
         poster.className = "poster";
         poster.part = "poster";
         Object.assign(slot, {name: "poster"});
@@ -36,7 +40,11 @@ export class ElementTree {
         Object.assign(still, {className: "still", hidden: true});
         Object.assign(note, {className: "note", part: "note", role: "status"});
         shadow.append(still, poster, note);
-        Object.assign(this, {shadow, poster, image, still, note, canvas: null});
+        this.shadow = shadow;
+        this.poster = poster;
+        this.image = image;
+        this.still = still;
+        this.note = note;
     }
 
     // Adds a canvas, below the last picture and the poster.
@@ -46,14 +54,16 @@ export class ElementTree {
         return this.canvas;
     }
 
-    // Removes the canvas. picture: what stays in its place, a canvas, or null. It has the canvas's place among the controls.
+    /** Removes the canvas. picture: what stays in its place, a canvas, or null. It has the canvas's place among the
+     * controls.
+     * @param {HTMLCanvasElement | null} picture */
     close(picture) {
         const {canvas, still} = this;
-        if (picture) {
+        if (picture && canvas) {
             const {width, height, tabIndex} = canvas;
             Object.assign(still, {width, height, tabIndex, hidden: false});
-            for (const name of ["role", "aria-label"]) still.setAttribute(name, canvas.getAttribute(name));
-            still.getContext("2d").drawImage(picture, 0, 0);
+            for (const name of ["role", "aria-label"]) still.setAttribute(name, canvas.getAttribute(name) ?? "");
+            still.getContext("2d")?.drawImage(picture, 0, 0);
         }
         canvas?.remove();
         this.canvas = null;
@@ -62,37 +72,39 @@ export class ElementTree {
     // The canvas takes the place of the last picture.
     settle() {
         const {canvas, still, shadow} = this;
-        if (shadow.activeElement === still) canvas.focus({preventScroll: true});
+        if (shadow.activeElement === still) canvas?.focus({preventScroll: true});
         still.hidden = true;
     }
 
-    // Tells screen readers what the canvas is. moves: whether a visitor can move the shape.
+    /** Tells screen readers what the canvas is. moves: whether a visitor can move the shape.
+     * @param {string} text @param {boolean} moves */
     describe(text, moves) {
-        const {canvas} = this;
+        const canvas = /** @type {HTMLCanvasElement} */ (this.canvas);
         canvas.className = moves ? "controls" : "";
         canvas.setAttribute("role", moves ? "application" : "img");
         canvas.setAttribute("aria-label", moves ? `${text}: ${LABELS}` : text);
         if (moves) canvas.tabIndex = 0;
     }
 
-    // Sets the picture of the poster, where the page has none. url: null for none.
+    /** Sets the picture of the poster, where the page has none. url: null for none. @param {string | null} url */
     picture(url) {
         this.image.hidden = !url;
         if (url) this.image.src = url;
     }
 
-    // Shows a line, or none.
+    /** Shows a line, or none. @param {string} text */
     say(text) {
         if (this.note.textContent !== text) this.note.textContent = text;
     }
 
-    // Paints the poster's background as that of the drawing, which it returns: [bottom, top]. name: of BACKGROUNDS, or rrggbb;
-    // else the background that fits the visitor's color scheme.
+    /** Paints the poster's background as that of the drawing, which it returns: [bottom, top]. name: of BACKGROUNDS,
+     * or rrggbb; else the background that fits the visitor's color scheme.
+     * @param {string} name */
     paint(name) {
         const usual = matchMedia("(prefers-color-scheme: light)").matches ? "paper" : "slate";
         const known = Object.hasOwn(BACKGROUNDS, name) ? BACKGROUNDS[name] : plainBackground(name);
         const {bottom, top} = known ?? BACKGROUNDS[usual];
-        const css = (color) => `rgb(${color.map((c) => Math.round(255 * c)).join(" ")})`;
+        const css = (/** @type {Vector} */ color) => `rgb(${color.map((c) => Math.round(255 * c)).join(" ")})`;
         this.poster.style.background = `linear-gradient(${css(top)}, ${css(bottom)})`;
         return [bottom, top];
     }

@@ -1,14 +1,16 @@
 // The lights of a scene of three.js, for hull_color.frag.glsl.
 export const MOST_LIGHTS = 4;
 
-// Returns the uniforms. Without any light in the scene, one shines from the upper left of the z axis. renderer: its light
-// counts pi times as much in releases, or settings, that are not physically correct.
+/** Returns the uniforms. Without any light in the scene, one shines from the upper left of the z axis. renderer: its
+ * light counts pi times as much in releases, or settings, that are not physically correct.
+ * @param {Three} THREE @param {Three} scene @param {Three} renderer */
 export function lightsOf(THREE, scene, renderer = null) {
     const toward = [], shine = [], ambient = new THREE.Color(0), sky = new THREE.Color(0), below = new THREE.Color(0);
     const overhead = new THREE.Vector3(0, 1, 0), share = renderer && isLegacy(renderer) ? 1 : 1 / Math.PI;
-    const bright = (color, intensity) => color.clone().multiplyScalar(intensity * share);
+    const bright = (/** @type {Three} */ color, /** @type {number} */ intensity) =>
+        color.clone().multiplyScalar(intensity * share);
     let count = 0;
-    scene?.traverseVisible((light) => {
+    scene?.traverseVisible((/** @type {Three} */ light) => {
         if (!light.isLight) return;
         ++count;
         const {color, intensity} = light, at = new THREE.Vector3().setFromMatrixPosition(light.matrixWorld);
@@ -34,6 +36,7 @@ export function lightsOf(THREE, scene, renderer = null) {
     return {toward, shine, ambient, overhead, sky, ground_light: below};
 }
 
+/** @param {Three} renderer */
 function isLegacy({useLegacyLights, physicallyCorrectLights}) {
     return useLegacyLights ?? (physicallyCorrectLights === undefined ? false : !physicallyCorrectLights);
 }

@@ -9,12 +9,13 @@ import {castRay} from "./rays.js";
 
 // A model in a scene of three.js: a box whose fragments trace rays, with the model's depth. It works with every release
 // that has WebGL 2: what differs between them is asked of THREE and of the renderer, never of the release's number.
-let driver = null; // {unroll, limitsLoops}
+/** @type {{unroll: number, limitsLoops: boolean} | null} */ let driver = null;
 let isRefused = false; // whether a line about the renderer is on the console
 
-// Returns an object for a scene. THREE: the library. options: {model: of loadModel, by default this module's; color: of a
-// model without a texture, a number or a THREE.Color; level; time}. The object has model space's coordinates: the shape
-// fits the unit sphere, y up. It has `level`, `time` and dispose().
+/** Returns an object for a scene. THREE: the library. options: {model: of loadModel, by default this module's; color:
+ * of a model without a texture, a number or a THREE.Color; level; time}. The object has model space's coordinates:
+ * the shape fits the unit sphere, y up. It has `level`, `time` and dispose().
+ * @param {Three} THREE @param {{model?: ShownModel, color?: unknown, level?: number, time?: number}} options */
 export function createMesh(THREE, options = {}) {
     const {model = ownModel(), color = 0xccbda8, level = model.levels.length, time = 0} = options;
     const {unroll, limitsLoops} = driver ?? (driver = knownDriver());
@@ -36,9 +37,10 @@ export function createMesh(THREE, options = {}) {
         linearized: false,
         ...lightsOf(THREE, null),
     };
+    /** @type {Record<string, {value: unknown}>} */
     const uniforms = Object.fromEntries(Object.entries(values).map(([name, value]) => [name, {value}]));
     const vertexShader = plainText("hull.vert.glsl");
-    const material = (name, more) =>
+    const material = (/** @type {string} */ name, more = {}) =>
         new THREE.ShaderMaterial({
             vertexShader,
             fragmentShader: fragmentText(model, text, name, THREE),
@@ -47,11 +49,11 @@ export function createMesh(THREE, options = {}) {
             ...more,
         });
     const side = 2 * (1 + model.levels[last - 1].delta);
-    const mesh = new THREE.Mesh(new THREE.BoxGeometry(side, side, side), material("hull_color.frag.glsl", {}));
+    const mesh = new THREE.Mesh(new THREE.BoxGeometry(side, side, side), material("hull_color.frag.glsl"));
     mesh.material.shadowSide = THREE.BackSide;
-    mesh.customDepthMaterial = material("hull_depth.frag.glsl", {});
+    mesh.customDepthMaterial = material("hull_depth.frag.glsl");
     mesh.name = model.name;
-    mesh.onBeforeRender = (renderer, scene) => {
+    mesh.onBeforeRender = (/** @type {Three} */ renderer, /** @type {Three} */ scene) => {
         if (renderer.capabilities?.isWebGL2 === false || renderer.isWebGPURenderer) return decline(mesh);
         const isManaged = THREE.ColorManagement?.enabled ||
             renderer.outputEncoding === THREE.sRGBEncoding && THREE.sRGBEncoding;
@@ -61,7 +63,8 @@ export function createMesh(THREE, options = {}) {
             uniforms[name].value = value;
         mesh.material.uniformsNeedUpdate = true;
     };
-    mesh.raycast = (caster, hits) => castRay(THREE, mesh, model, caster, hits);
+    mesh.raycast = (/** @type {Three} */ caster, /** @type {object[]} */ hits) =>
+        castRay(THREE, mesh, model, caster, hits);
     mesh.dispose = () =>
         [weights, mesh.geometry, mesh.material, mesh.customDepthMaterial].forEach((part) => part.dispose());
     for (const name of ["level", "time"])
@@ -72,7 +75,7 @@ export function createMesh(THREE, options = {}) {
     return mesh;
 }
 
-// Hides a mesh that the renderer cannot draw; the rest of the scene stays.
+/** Hides a mesh that the renderer cannot draw; the rest of the scene stays. @param {Three} mesh */
 function decline(mesh) {
     mesh.visible = false;
     if (isRefused) return;
@@ -90,13 +93,14 @@ function knownDriver() {
     return {unroll, limitsLoops};
 }
 
-// Returns a file of glsl/ with its includes; those of three.js in <> stay.
+/** Returns a file of glsl/ with its includes; those of three.js in <> stay. @param {string} name @returns {string} */
 function plainText(name, seen = new Set()) {
     if (seen.has(name)) return "";
     seen.add(name);
     return facts.shaders[name].replace(/^#include "(.*)"\n/gm, (_, other) => plainText(other, seen));
 }
 
+/** @param {Model} model @param {string} field @param {string} name @param {Three} THREE */
 function fragmentText(model, field, name, THREE) {
     const colors = THREE.ShaderChunk.colorspace_fragment ? "colorspace_fragment" : "encodings_fragment";
     const seen = new Set();

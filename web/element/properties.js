@@ -2,8 +2,13 @@ import {TURN} from "./orbits.js";
 
 // The attributes of <mplicits-view> as properties: cameraOrbit is camera-orbit. Each function returns a property from the
 // text of its attribute, null where there is none.
-const asText = (text) => text, asFlag = (text) => text !== null;
-const asNumber = (usual) => (text) => (text === null ? null : Number(text) || usual);
+/** @typedef {string | null} Text of an attribute */
+const asText = (/** @type {Text} */ text) => text, asFlag = (/** @type {Text} */ text) => text !== null;
+const asNumber = (/** @type {number | null} */ usual) => (/** @type {Text} */ text) => (
+    text === null ? null : Number(text) || usual
+);
+/** @typedef {Pick<import("./module.d.ts").MplicitsView, "src" | "model" | "poster" | "loading" | "reveal" | "shade" | "level"
+ * | "background" | "cameraOrbit" | "cameraControls" | "disableZoom" | "disablePan" | "touchAction" | "alt" | "autoplay">} Properties */
 export const ATTRIBUTES = {
     src: asText,
     model: asText,
@@ -25,7 +30,7 @@ export const ATTRIBUTES = {
     autoplay: asFlag,
 };
 
-// Adds the properties to a prototype. Setting null or false removes the attribute.
+/** Adds the properties to a prototype. Setting null or false removes the attribute. @param {HTMLElement} prototype */
 export function addProperties(prototype) {
     for (const [name, read] of Object.entries(ATTRIBUTES)) {
         Object.defineProperty(prototype, name.replace(/-./g, ([, letter]) => letter.toUpperCase()), {
@@ -43,7 +48,7 @@ export function addProperties(prototype) {
     }
 }
 
-// Calls the setters of what a script set before the element was defined.
+/** Calls the setters of what a script set before the element was defined. @param {any} element */
 export function adoptProperties(element) {
     for (const [name, value] of Object.entries(element)) {
         if (!(name in Object.getPrototypeOf(element))) continue;

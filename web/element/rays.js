@@ -5,7 +5,8 @@ import {fieldValue} from "../print/reference.js";
 const MOST_STEPS = 400;
 const NEAREST_HIT = 1e-5, SMALLEST_STEP = 2e-4; // model units
 
-// Adds the nearest intersection of a ray with a mesh of createMesh. Scenes of several shapes have none.
+/** Adds the nearest intersection of a ray with a mesh of createMesh. Scenes of several shapes have none.
+ * @param {Three} THREE @param {Three} mesh @param {Model} model @param {Three} caster @param {object[]} hits */
 export function castRay(THREE, mesh, model, caster, hits) {
     if (model.field) return;
     const {ray: {origin, direction}, near, far} = caster, matrix = new THREE.Matrix4().copy(mesh.matrixWorld);
@@ -17,9 +18,12 @@ export function castRay(THREE, mesh, model, caster, hits) {
     hits.push({distance: t / unit, point: origin.clone().addScaledVector(direction, t / unit), object: mesh});
 }
 
-// Returns the distance at which a ray meets the surface, by sphere tracing; null if it does not. direction: length 1.
+/** Returns the distance at which a ray meets the surface, by sphere tracing; null if it does not. direction: length
+ * 1.
+ * @param {Model} model @param {Vector} origin @param {Vector} direction */
 function firstHit(model, origin, direction) {
-    const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2], along = dot(origin, direction);
+    const dot = (/** @type {Vector} */ a, /** @type {Vector} */ b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2],
+        along = dot(origin, direction);
     const radius = 1 + model.levels.at(-1).delta, inside = radius ** 2 - dot(origin, origin) + along ** 2;
     if (inside <= 0) return null;
     const end = Math.sqrt(inside) - along;

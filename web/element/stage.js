@@ -6,38 +6,38 @@ import {printField} from "../print/field.js";
 import {probes} from "../print/reference.js";
 import {listenToKeys, listenToPointers} from "../view/gestures.js";
 
+/** @import {Move} from "../view/gestures.js" */
 const SIDEWAYS = 8; // pixels; a browser scrolls after some 15
 
 // Draws one model on one canvas: its camera, its options and its motion. view.js is the same for a whole page.
 // camera: see camera.js, or null for the model's front.
 export class Stage {
-    // listener: {loaded(), frame(frame), moved(isByVisitor), lost(), failed(error)}; loaded: called once, when the model's
-    // shader is ready; frame: of the renderer; lost: the canvas is blank until the browser restores its context, which it
-    // does where lost() does not free the stage.
+    /** @type {Camera | null} */ camera = null;
+    /** @type {ShownModel | null} */ model = null;
+    isLoaded = false;
+    isFreed = false;
+    /** @type {object | 0} */ turning = 0;
+    /** @type {object | null} */ playing = null;
+    phase = 0;
+    /** @type {Options} */ options = {
+        level: Infinity,
+        normalLevel: null,
+        shading: facts.shade,
+        iterations: 1,
+        resolution: "auto",
+        time: 0,
+        light: shared.defaults.light.map((c) => c / Math.hypot(...shared.defaults.light)),
+        background: [],
+    };
+
+    /** @param {HTMLCanvasElement} canvas
+     * @param {Pick<Listener, "loaded" | "frame" | "failed"> & {moved: (isByVisitor: boolean) => void, lost: () => void}} listener
+     * loaded: called once, when the model's shader is ready; lost: the canvas is blank until the browser restores its context,
+     * which it does where lost() does not free the stage */
     constructor(canvas, listener) {
         const none = () => {};
-        Object.assign(this, {
-            canvas,
-            listener,
-            camera: null,
-            model: null,
-            isLoaded: false,
-            isFreed: false,
-            turning: 0,
-            playing: null,
-            phase: 0,
-        });
-        const length = Math.hypot(...shared.defaults.light);
-        this.options = {
-            level: Infinity,
-            normalLevel: null,
-            shading: facts.shade,
-            iterations: 1,
-            resolution: "auto",
-            time: 0,
-            light: shared.defaults.light.map((c) => c / length),
-            background: [],
-        };
+        this.canvas = canvas;
+        this.listener = listener;
         this.renderer = new Renderer(canvas, (name) => facts.shaders[name], {
             frame: (frame) => this.isFreed || listener.frame(frame),
             progress: none,
@@ -52,7 +52,7 @@ export class Stage {
         canvas.addEventListener("webglcontextrestored", () => this.isFreed || this.restore());
     }
 
-    // Resolves when the model's shader is ready, or the context is lost.
+    /** Resolves when the model's shader is ready, or the context is lost. @param {ShownModel} model */
     async show(model) {
         this.model = model;
         this.resize();
@@ -67,9 +67,9 @@ export class Stage {
     async restore() {
         try {
             this.renderer.open();
-            await this.show(this.model);
+            if (this.model) await this.show(this.model);
         } catch (error) {
-            if (!this.isFreed) this.listener.failed(error);
+            if (!this.isFreed) this.listener.failed(/** @type {Error} */ (error));
         }
     }
 
@@ -91,6 +91,7 @@ export class Stage {
         return Math.hypot(...eye.map((c, i) => c - this.view.target[i]));
     }
 
+    /** @param {boolean} moving */
     draw(moving) {
         const levels = this.model?.levels.length ?? 1, {options} = this;
         const isKnown = options.shading === "texture" ? this.model?.texture : shared.shadings.includes(options.shading);
@@ -98,11 +99,13 @@ export class Stage {
         this.renderer.show(this.view, {...options, shading, level: Math.min(options.level, levels)}, moving);
     }
 
+    /** @param {Partial<Options>} change */
     set(change, moving = false) {
         Object.assign(this.options, change);
         this.draw(moving);
     }
 
+    /** @param {Camera | null} camera */
     move(camera, isByVisitor = true) {
         if (isByVisitor) this.turning = 0;
         this.camera = camera;
@@ -110,14 +113,17 @@ export class Stage {
         this.listener.moved(isByVisitor);
     }
 
+    /** @param {number} right @param {number} up */
     turn(right, up) {
         this.move(orbited(this.view, -180 * right, -180 * up));
     }
 
+    /** @param {number} right @param {number} up */
     pan(right, up) {
         this.move(panned(this.view, -right, -up, this.aspect));
     }
 
+    /** @param {number} factor */
     zoom(factor) {
         this.move(zoomed(this.view, factor, this.aspect));
     }
@@ -126,11 +132,12 @@ export class Stage {
         this.move(null);
     }
 
-    // Lets the visitor move the camera. zooms, pans: whether also these. isGreedy: whether they never scroll the page:
-    // else, the wheel does without focus and without Ctrl, and so does a finger up and down.
+    /** Lets the visitor move the camera. zooms, pans: whether also these. isGreedy: whether they never scroll the
+     * page: else, the wheel does without focus and without Ctrl, and so does a finger up and down.
+     * @param {boolean} zooms @param {boolean} pans @param {boolean} isGreedy */
     listen(zooms, pans, isGreedy) {
-        const pan = pans ? (right, up) => this.pan(right, up) : null,
-            zoom = zooms ? (factor) => this.zoom(factor) : null;
+        /** @type {Move | null} */ const pan = pans ? (right, up) => this.pan(right, up) : null,
+            zoom = zooms ? (/** @type {number} */ factor) => this.zoom(factor) : null;
         listenToPointers(this.canvas, {
             turn: (right, up) => this.turn(right, up),
             pan,
@@ -143,6 +150,7 @@ export class Stage {
         this.canvas.addEventListener("touchmove", (event) => {
             if (event.targetTouches.length > 1 && (pan || zoom)) event.preventDefault();
         }, {passive: false});
+        /** @type {(right: number, up: number) => (event: KeyboardEvent) => void} */
         const arrow = (right, up) => ({shiftKey}) => (
             shiftKey ? pan?.(-0.05 * right, -0.05 * up) : this.turn(-right / 36, -up / 36)
         );
@@ -153,11 +161,12 @@ export class Stage {
             ArrowDown: arrow(0, -1),
             r: () => this.reset(),
             Home: () => this.reset(),
-            ...(zooms && {"+": () => zoom(0.9), "=": () => zoom(0.9), "-": () => zoom(1 / 0.9)}),
+            ...(zoom && {"+": () => zoom(0.9), "=": () => zoom(0.9), "-": () => zoom(1 / 0.9)}),
         }, this.canvas);
     }
 
-    // Turns the shape until the visitor moves it. seconds: of a turn, negative the other way around; 0 stops.
+    /** Turns the shape until the visitor moves it. seconds: of a turn, negative the other way around; 0 stops.
+     * @param {number} seconds */
     async turntable(seconds) {
         const token = this.turning = seconds ? {} : 0;
         for await (const passed of this.frames(() => token && this.turning === token))
@@ -178,7 +187,8 @@ export class Stage {
         this.playing = null;
     }
 
-    // Yields the seconds between frames while a condition holds, but none while a picture is saved.
+    /** Yields the seconds between frames while a condition holds, but none while a picture is saved.
+     * @param {() => unknown} holds */
     async *frames(holds) {
         for (let last = performance.now();;) {
             await nextFrame();
@@ -206,7 +216,7 @@ export class Stage {
         const copy = document.createElement("canvas"), {width, height} = this.canvas;
         Object.assign(copy, {width, height});
         this.renderer.resized();
-        copy.getContext("2d").drawImage(this.canvas, 0, 0);
+        copy.getContext("2d")?.drawImage(this.canvas, 0, 0);
         return copy;
     }
 

@@ -16,21 +16,23 @@ const TURNS = ["turntable", "auto-rotate", "rotation-per-second"];
 const RESET = "The graphics driver was reset. The model comes back when the driver does.";
 const LOST = "The graphics driver fails at this model. Reload the page to try again.";
 
-export class MplicitsView extends (globalThis.HTMLElement ?? Object) { // on a server, nothing makes one
+/** @import {Properties} from "./properties.js" */
+export class MplicitsView extends /** @type {new () => HTMLElement & Properties} */ (globalThis.HTMLElement ?? Object) { // on a server, nothing makes one
     static observedAttributes = Object.keys(ATTRIBUTES);
     static models = new Models();
     #connected = false; // unlike isConnected, not yet while the browser tells of the attributes of a new element
     #near = false;
+    /** @type {AbortController | null} */
     #load = null; // AbortController of the current model; null before, and after a failure
     #failed = false;
     #losses = 0; // of the graphics context since the last finished picture
-    #stage = null;
-    #model = null;
-    #camera = null; // kept while the element is out of view
+    /** @type {Stage | null} */ #stage = null;
+    /** @type {ShownModel | null} */ #model = null;
+    /** @type {Camera | null} */ #camera = null; // kept while the element is out of view
     #shown = false; // whether the poster has gone
     #dismissed = false;
     #time = 0;
-    #plays = null; // what a script asked for; null: see `autoplay`
+    /** @type {boolean | null} */ #plays = null; // what a script asked for; null: see `autoplay`
     #turns = true; // until the visitor moves the shape
     #away = 0;
     #tree;
@@ -69,6 +71,7 @@ export class MplicitsView extends (globalThis.HTMLElement ?? Object) { // on a s
         this.#free();
     }
 
+    /** @param {string} name @param {string | null} before @param {string | null} value */
     attributeChangedCallback(name, before, value) {
         const isModel = name === "src" || name === "model";
         if (before === value && !(isModel && this.#failed)) return;
@@ -140,11 +143,12 @@ export class MplicitsView extends (globalThis.HTMLElement ?? Object) { // on a s
         return this.#stage.renderer.png();
     }
 
-    // Returns whether no listener prevents what follows.
+    /** Returns whether no listener prevents what follows. @param {string} type */
     #tell(type, detail = {}, cancelable = false) {
         return this.dispatchEvent(new CustomEvent(type, {detail, cancelable}));
     }
 
+    /** @param {Error} sourceError */
     #fail(sourceError, type = "loadfailure") {
         this.#failed = true;
         if (!this.#tell("error", {type, sourceError}, true)) return;
@@ -152,13 +156,14 @@ export class MplicitsView extends (globalThis.HTMLElement ?? Object) { // on a s
         console.warn(`mplicits-view: ${sourceError.message}`);
     }
 
-    // Draws no more, until another model is set.
+    /** Draws no more, until another model is set. @param {Error} error @param {string} [type] */
     #giveUp(error, type) {
         this.#cover();
         this.#free();
         this.#fail(error, type);
     }
 
+    /** @param {boolean} isNear */
     #seen(isNear) {
         this.#near = isNear;
         clearTimeout(this.#away);
@@ -176,7 +181,7 @@ export class MplicitsView extends (globalThis.HTMLElement ?? Object) { // on a s
     }
 
     #isIdle() {
-        const {renderer, turning, playing} = this.#stage;
+        const {renderer, turning, playing} = /** @type {Stage} */ (this.#stage);
         const isInUse = this.matches(":hover") || this.#tree.shadow.activeElement;
         return this.#shown && (renderer.settled || turning || playing) && !isInUse;
     }
@@ -186,7 +191,7 @@ export class MplicitsView extends (globalThis.HTMLElement ?? Object) { // on a s
         if (!this.#load) {
             this.#load = new AbortController();
             const {signal} = this.#load;
-            const failed = (error) => signal.aborted || this.#fail(error);
+            const failed = (/** @type {any} */ error) => signal.aborted || this.#fail(error);
             try {
                 const model = await findModel(this.src, this.model, MplicitsView.models, signal, failed);
                 if (signal.aborted) return;
@@ -210,7 +215,8 @@ export class MplicitsView extends (globalThis.HTMLElement ?? Object) { // on a s
 
     async #open() {
         const canvas = this.#tree.open();
-        let began = 0, stage = null; // when it drew first
+        let began = 0; // when it drew first
+        /** @type {Stage | null} */ let stage = null;
         try {
             stage = this.#stage = new Stage(canvas, {
                 loaded: () => {
@@ -226,7 +232,7 @@ export class MplicitsView extends (globalThis.HTMLElement ?? Object) { // on a s
                     giveTurns();
                 },
                 moved: (isByVisitor) => {
-                    this.#camera = stage.camera;
+                    this.#camera = stage?.camera ?? null;
                     this.#turns &&= !isByVisitor;
                     this.#tell("camera-change", {source: isByVisitor ? "user-interaction" : "automatic"});
                 },
@@ -238,33 +244,33 @@ export class MplicitsView extends (globalThis.HTMLElement ?? Object) { // on a s
                 },
                 failed: (error) => this.#giveUp(error),
             });
-            stage.model = this.#model;
+            const model = stage.model = /** @type {ShownModel} */ (this.#model);
             stage.resize();
             this.#listen();
             this.#place(!this.#camera);
             this.#apply();
             stage.options.time = this.#time;
-            await stage.show(this.#model);
+            await stage.show(model);
         } catch (error) {
-            if (stage === this.#stage) this.#giveUp(error);
+            if (stage === this.#stage) this.#giveUp(/** @type {Error} */ (error));
         }
     }
 
     #listen() {
         const moves = this.cameraControls;
-        this.#tree.describe(this.alt ?? this.#model.name, moves);
-        if (moves) this.#stage.listen(!this.disableZoom, !this.disablePan, this.touchAction === "none");
+        this.#tree.describe(this.alt ?? this.#model?.name ?? "", moves);
+        if (moves) this.#stage?.listen(!this.disableZoom, !this.disablePan, this.touchAction === "none");
     }
 
     // Sets shading, level and background from the attributes.
     #apply() {
         const {shade, level} = this, background = this.#tree.paint(this.background ?? "");
-        const shading = facts.old_shades[shade] ?? shade;
-        if (shading !== shade) console.warn(`mplicits-view: shade="${shade}" is now shade="${shading}"`);
-        this.#stage?.set({shading, level: level >= 1 ? level : Infinity, background});
+        const shading = shade ? facts.old_shades[shade] ?? shade : "";
+        if (shade && shading !== shade) console.warn(`mplicits-view: shade="${shade}" is now shade="${shading}"`);
+        this.#stage?.set({shading, level: level && level >= 1 ? level : Infinity, background});
     }
 
-    // Moves the camera to its attribute, or back to where it was.
+    /** Moves the camera to its attribute, or back to where it was. @param {boolean} isFromAttribute */
     #place(isFromAttribute) {
         const stage = this.#stage, text = this.cameraOrbit;
         if (isFromAttribute) this.#camera = stage && text ? readOrbit(text, stage.home, stage.distance) : null;

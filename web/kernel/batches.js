@@ -1,8 +1,8 @@
 import {SAMPLE} from "./kernel.js";
 
-// Draws batches of a pool without replacement: each sample once in an epoch, in a new order each time.
+/** Draws batches of a pool without replacement: each sample once in an epoch, in a new order each time. */
 export class Batches {
-    // rows: samples of SAMPLE floats. random: returns numbers in [0, 1).
+    /** @param {Float32Array} rows of samples @param {() => number} random returns numbers in [0, 1) */
     constructor(rows, random) {
         this.rows = rows;
         this.order = Uint32Array.from({length: rows.length / SAMPLE}, (_, i) => i);
@@ -10,7 +10,8 @@ export class Batches {
         this.next = this.order.length;
     }
 
-    // Copies `count` samples to an array, from its `start`-th sample on.
+    /** Copies `count` samples to an array, from its `start`-th sample on.
+     * @param {number} count @param {Float32Array} to @param {number} start */
     draw(count, to, start) {
         for (let i = 0; i < count; ++i) {
             if (this.next === this.order.length) this.shuffle();

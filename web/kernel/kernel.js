@@ -4,7 +4,7 @@ export const VALUE = 4, GRADIENT = 5, DISTANCE = 8, NORMAL = 9; // first columns
 export const DIRECTION = 4, COLOR = 8; // of a texture's sample
 export const FACTORS = ["value", "normal", "distance", "eikonal", "length", "excess", "lacking", "near"];
 
-// Number of parameters of a {width, depth, outputs} network in the kernel's order (siren.c).
+/** Returns the number of parameters of a network in the kernel's order (siren.c). @param {KernelNetwork} network */
 export function parameterCount({width, depth, outputs}) {
     return (INPUTS + 1) * width + depth * (width + 1) * width + outputs * (width + 1);
 }

@@ -1,8 +1,10 @@
 import {INPUTS} from "./kernel.js";
 
-// A network's layers {rows, columns, weight, bias}, without the padding and the time of the kernel's weights.
+/** A network in the kernel's order; layout: without padding.
+ * @typedef {Pick<TrainedNetwork, "network" | "layout" | "weights">} KernelWeights */
 
-// network: of the kernel; layout: {width, depth} without padding; weights: in the kernel's order.
+/** Returns a network's layers, without the padding and the time of the kernel's weights.
+ * @param {KernelWeights} network @returns {Network} */
 export function layersOf({network, layout, weights}) {
     return placesOf(network, layout).map(({rows, columns, stride, at, biases}) => {
         const weight = new Float32Array(rows * columns);
@@ -12,7 +14,8 @@ export function layersOf({network, layout, weights}) {
     });
 }
 
-// Writes layers into weights in the kernel's order, and returns them.
+/** Writes layers into weights in the kernel's order, and returns them.
+ * @param {Network} layers @param {Float32Array} weights @param {KernelNetwork} network @param {Layout} layout */
 export function putLayers(layers, weights, network, layout) {
     placesOf(network, layout).forEach(({rows, columns, stride, at, biases}, j) => {
         const {weight, bias} = layers[j];
@@ -22,10 +25,13 @@ export function putLayers(layers, weights, network, layout) {
     return weights;
 }
 
-// Returns where the layers are: {rows, columns, stride: floats from row to row, at, biases: first floats}.
+/** Returns where the layers are. stride: floats from row to row; at, biases: first floats.
+ * @param {KernelNetwork} network @param {Layout} layout */
 function placesOf({width, depth, outputs}, layout) {
+    /** @type {Record<"rows" | "columns" | "stride" | "at" | "biases", number>[]} */
     const places = [];
     let at = 0;
+    /** @param {number} paddedRows @param {number} stride @param {number} rows @param {number} columns */
     const add = (paddedRows, stride, rows, columns) => {
         const biases = at + paddedRows * stride;
         places.push({rows, columns, stride, at, biases});

@@ -1,4 +1,4 @@
-// Returns a generator of numbers in [0, 1) (mulberry32).
+/** Returns a generator of numbers in [0, 1) (mulberry32). @param {number} seed */
 export function randomNumbers(seed) {
     return () => {
         seed = (seed + 0x6d2b79f5) | 0;

@@ -2,14 +2,15 @@ import {shared} from "./facts.js";
 
 // Unpacks the weights of a model file of version 3, bit for bit as model/packed_weights.py and model/range_coder.py.
 const CODED = shared.packed, CODED_TOP = 2 ** 32, CODED_LEAST = 2 ** 24;
-const bells = new Map();
+/** @type {Map<number, number[]>} */ const bells = new Map();
 
-// Returns the tensors {shape, values} of the networks by name. sizes: prefix -> [inputs, outputs of each layer].
-// Throws an error if the file is damaged.
+/** Returns the tensors {shape, values} of the networks by name. sizes: prefix -> [inputs, outputs of each layer].
+ * Throws an error if the file is damaged.
+ * @param {Record<string, number[]>} sizes @param {Uint8Array} bytes */
 export function unpackWeights(sizes, bytes) {
     const damaged = () => new RangeError("damaged");
     const {widest, offset, bias, change, widest_bell: most} = CODED, tensors = [];
-    const isWidth = (n) => n >= 1 && n <= widest && n % 1 === 0;
+    const isWidth = (/** @type {number} */ n) => n >= 1 && n <= widest && n % 1 === 0;
     let count = 0, range = CODED_TOP - 1, code = 0, at = 0;
     for (const widths of Object.values(sizes ?? {})) {
         if (!Array.isArray(widths) || widths.length < 3 || !widths.every(isWidth)) throw damaged();
@@ -22,17 +23,18 @@ export function unpackWeights(sizes, bytes) {
         code = code % CODED_LEAST * 256 + bytes[at++];
     };
     for (let i = 0; i < 4; ++i) byte();
+    /** @param {number} part @param {number} start @param {number} size */
     const take = (part, start, size) => {
         code -= part * start;
         range = part * size;
         for (; range < CODED_LEAST; range *= 256) byte();
     };
-    const plain = (total) => {
+    const plain = (/** @type {number} */ total) => {
         const part = Math.floor(range / total), number = Math.min(Math.floor(code / part), total - 1);
         take(part, number, 1);
         return number;
     };
-    const number = (quarters) => {
+    const number = (/** @type {number} */ quarters) => {
         const shift = Math.max(0, Math.ceil((quarters - CODED.coarsest) / 4));
         const starts = bellOf(Math.max(CODED.finest, quarters) - 4 * shift), total = starts.at(-1);
         const part = Math.floor(range / total), wanted = Math.min(Math.floor(code / part), total - 1);
@@ -70,9 +72,10 @@ export function unpackWeights(sizes, bytes) {
     return tensors;
 }
 
-// Returns the sums of the sizes of the numbers -most to most, and of the others, for a deviation 2^(quarters / 4).
+/** Returns the sums of the sizes of the numbers -most to most, and of the others, for a deviation 2^(quarters / 4).
+ * @param {number} quarters */
 function bellOf(quarters) {
-    if (bells.has(quarters)) return bells.get(quarters);
+    if (bells.has(quarters)) return /** @type {number[]} */ (bells.get(quarters));
     const deviation = rootPower(quarters), most = Math.floor(4 * deviation), heights = [];
     for (let n = 0; n <= most; ++n) {
         let height = 1 - n * n / (16 * deviation * deviation);
@@ -88,5 +91,5 @@ function bellOf(quarters) {
     return starts;
 }
 
-// Returns 2^(quarters / 4).
+/** Returns 2^(quarters / 4). @param {number} quarters */
 const rootPower = (quarters) => CODED.quarters[quarters & 3] * 2 ** (quarters >> 2);

@@ -1,2 +1,2 @@
-// Resolves after some milliseconds.
+/** Resolves after some milliseconds. @param {number} milliseconds */
 export const pause = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));

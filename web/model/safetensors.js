@@ -7,10 +7,13 @@ export class ModelError extends Error {}
 const FORMAT = shared.format, STEP_BOUNDS = FORMAT.step_bounds;
 const LARGEST = 3.4028234663852886e38, SMALLEST = 1.1754943508222875e-38; // of the normal 32-bit floats
 
-// Returns {name, inputs, front, credit, levels: [{network, delta, iterations, bounds}], texture, parameters}. front:
-// [azimuth, elevation] in degrees, or null; a network is a list of layers {rows, columns, weight, bias}; texture: a
-// network or null; parameters: number of weights and biases. own: whether it is the page's own model, whose
-// weights may be short (web/weights.py). Throws ModelError.
+/** @typedef {{dtype: string, shape: number[], data_offsets: number[]}} Entry of a tensor in the header */
+/** @typedef {{name: string, inputs: "xyz" | "xyzt", levels: Record<string, number>[], front: number[] | null,
+ * credit: string, packed: Record<string, number[]>, scene?: object}} Description */
+
+/** Throws ModelError.
+ * @param {ArrayBuffer} buffer @param own whether it is the page's own model, whose weights may be short (web/weights.py)
+ * @returns {Model} */
 export function parseModel(buffer, own = false) {
     const header = readHeader(buffer), {__metadata__, ...entries} = header.entries, metadata = __metadata__ ?? {};
     refuse(metadata.format !== FORMAT.name, `not an ${FORMAT.name} model (metadata key 'format')`);
@@ -39,7 +42,8 @@ export function parseModel(buffer, own = false) {
     if (isPacked) {
         const {values} = readTensor("packed", entries.packed, buffer, header.end, {U8: 1});
         try {
-            for (const [name, tensor] of unpackWeights(description.packed, values)) tensors.set(name, tensor);
+            for (const [name, tensor] of unpackWeights(description.packed, /** @type {Uint8Array} */ (values)))
+                tensors.set(name, tensor);
         } catch {
             throw new ModelError("packed: the file is cut short or damaged");
         }
@@ -48,7 +52,8 @@ export function parseModel(buffer, own = false) {
     for (const [name, entry] of Object.entries(entries)) {
         const ofModel = !name.startsWith(`${FORMAT.training}.`);
         refuse(ofModel && isPacked, `${name}: a tensor beside the packed ones`);
-        if (ofModel) tensors.set(name, readTensor(name, entry, buffer, header.end, sizes, steps[name]));
+        if (!ofModel) continue;
+        tensors.set(name, /** @type {Tensor} */ (readTensor(name, entry, buffer, header.end, sizes, steps[name])));
     }
     const inputs = description.inputs === "xyzt" ? 4 : 3;
     let parameters = 0;
@@ -57,7 +62,9 @@ export function parseModel(buffer, own = false) {
         network: takeNetwork(tensors, `level${i + 1}`, inputs, 1),
         delta: level.delta,
         iterations: level.iterations,
-        bounds: Object.fromEntries(STEP_BOUNDS.map((key) => [key, level[key] ?? FORMAT.default_step_bound])),
+        bounds: /** @type {Bounds} */ (
+            Object.fromEntries(STEP_BOUNDS.map((key) => [key, level[key] ?? FORMAT.default_step_bound]))
+        ),
     }));
     const texture = tensors.has("texture.layer0.weight") ? takeNetwork(tensors, "texture", inputs, 3) : null;
     if (tensors.size) {
@@ -71,7 +78,8 @@ export function parseModel(buffer, own = false) {
     return {name, inputs: description.inputs, front, credit, levels, texture, parameters};
 }
 
-// Returns the header's entries by tensor name, and the file offset of the tensors' bytes.
+/** Returns the header's entries by tensor name, and the file offset of the tensors' bytes.
+ * @param {ArrayBuffer} buffer */
 function readHeader(buffer) {
     const damaged = () => new ModelError("not a model file (.safetensors), or a damaged one");
     if (buffer.byteLength < 10) throw damaged();
@@ -85,7 +93,8 @@ function readHeader(buffer) {
     return {entries, end: 8 + length};
 }
 
-// Returns the object in the metadata key `model`, with checked values.
+/** Returns the object in the metadata key `model`, with checked values. @param {string} text
+ * @returns {Description} */
 function describe(text) {
     refuse(!isText(text), "metadata key 'model' is missing");
     let description;
@@ -99,7 +108,7 @@ function describe(text) {
     refuse(!isText(name) || !name, "name: not a text, or empty");
     refuse(inputs !== "xyz" && inputs !== "xyzt", "inputs: is neither 'xyz' nor 'xyzt'");
     refuse(!Array.isArray(levels) || !levels.length, "levels: there must be at least one");
-    levels.forEach((level, i) => {
+    levels.forEach((/** @type {Record<string, number>} */ level, /** @type {number} */ i) => {
         refuse(!isObject(level), `levels[${i + 1}]: is not an object of keys and values`);
         for (const key of ["delta", "lipschitz"])
             refuse(!isBetween(level[key], SMALLEST, LARGEST), `levels[${i + 1}].${key}: must be a positive number`);
@@ -113,7 +122,7 @@ function describe(text) {
             `levels[${i + 1}].iterations: must be a whole number from 1 to ${most}`,
         );
     });
-    const isList = (list, ...most) => (
+    const isList = (/** @type {unknown} */ list, /** @type {number[]} */ ...most) => (
         Array.isArray(list) && list.length === most.length && most.every((end, i) => isBetween(list[i], -end, end))
     );
     refuse(!isList(centre, LARGEST, LARGEST, LARGEST), "centre: three finite numbers are needed");
@@ -128,13 +137,16 @@ function describe(text) {
     return {...description, front: front ?? null, credit};
 }
 
-// Returns {shape, values: Float32Array} of a tensor at an offset from `start`; the values of type U8 are bytes. sizes:
-// bytes of a value by the types that are allowed. steps: of whole numbers.
+/** Returns a tensor at an offset from `start`; the values of type U8 are bytes. sizes: bytes of a value by the types
+ * that are allowed. steps: of whole numbers.
+ * @param {string} name @param {Entry} entry @param {ArrayBuffer} buffer @param {number} start
+ * @param {Record<string, number>} sizes @param {number[]} [steps]
+ * @returns {{shape: number[], values: Float32Array | Uint8Array}} */
 function readTensor(name, entry, buffer, start, sizes, steps) {
     const size = sizes[entry?.dtype];
     refuse(!size, `${name}: must be float32`);
     const {shape, data_offsets: offsets} = entry;
-    const isSize = (value) => Number.isInteger(value) && value >= 0;
+    const isSize = (/** @type {number} */ value) => Number.isInteger(value) && value >= 0;
     refuse(
         !Array.isArray(shape) || !shape.every(isSize) || !Array.isArray(offsets) || !offsets.every(isSize),
         `${name}: its entry in the header is damaged`,
@@ -149,14 +161,17 @@ function readTensor(name, entry, buffer, start, sizes, steps) {
     return {shape, values};
 }
 
-// Returns the whole numbers of a DataView times a step: one for all, or one for each row. Of 16-bit numbers, the view
-// holds all high bytes, then all low bytes.
+/** Returns the whole numbers of a DataView times a step: one for all, or one for each row. Of 16-bit numbers, the
+ * view holds all high bytes, then all low bytes.
+ * @param {DataView} view @param {number} count @param {number} size @param {number[]} steps */
 function readWholes(view, count, size, steps) {
+    /** @param {number} i */
     const whole = (i) => (size === 1 ? view.getInt8(i) : 256 * view.getInt8(i) + view.getUint8(count + i));
     return Float32Array.from({length: count}, (_, i) => steps[Math.floor(i * steps.length / count)] * whole(i));
 }
 
-// Returns the first numbers of a DataView, of `size` bytes, 2 or 4.
+/** Returns the first numbers of a DataView, of `size` bytes, 2 or 4.
+ * @param {DataView} view @param {number} count @param {number} size */
 export function readFloats(view, count, size) {
     const values = new Float32Array(count);
     for (let i = 0; i < count; ++i)
@@ -164,21 +179,21 @@ export function readFloats(view, count, size) {
     return values;
 }
 
-// Returns the value of an IEEE 754 half.
+/** Returns the value of an IEEE 754 half. @param {number} bits */
 function float16(bits) {
     const exponent = (bits >> 10) & 31, mantissa = bits & 1023, sign = bits & 0x8000 ? -1 : 1;
     if (exponent === 31) return mantissa ? NaN : sign * Infinity;
     return sign * (exponent ? 2 ** (exponent - 25) * (1024 + mantissa) : 2 ** -24 * mantissa);
 }
 
-// Removes the layers of a network from `tensors`, and checks that their shapes lead from `inputs` to `outputs`.
+/** Removes the layers of a network from `tensors`, and checks that their shapes lead from `inputs` to `outputs`.
+ * @param {Map<string, Tensor>} tensors @param {string} prefix @param {number} inputs @param {number} outputs */
 function takeNetwork(tensors, prefix, inputs, outputs) {
     const layers = [];
     let columns = inputs;
-    for (let j = 0; tensors.has(`${prefix}.layer${j}.weight`); ++j) {
-        const name = `${prefix}.layer${j}`;
-        const weight = tensors.get(`${name}.weight`), bias = tensors.get(`${name}.bias`);
-        refuse(!bias, `${name}.bias: missing`);
+    for (let j = 0, weight; (weight = tensors.get(`${prefix}.layer${j}.weight`)); ++j) {
+        const name = `${prefix}.layer${j}`, bias = tensors.get(`${name}.bias`);
+        if (!bias) throw new ModelError(`${name}.bias: missing`);
         const [rows, width] = weight.shape;
         refuse(
             weight.shape.length !== 2 || width !== columns,
@@ -199,18 +214,22 @@ function takeNetwork(tensors, prefix, inputs, outputs) {
     return layers;
 }
 
+/** @param {unknown} condition @param {string} message */
 function refuse(condition, message) {
     if (condition) throw new ModelError(message);
 }
 
+/** @param {unknown} value @param {number} least @param {number} most */
 function isBetween(value, least, most) {
     return typeof value === "number" && value >= least && value <= most;
 }
 
+/** @param {unknown} value @returns {value is string} */
 function isText(value) {
     return typeof value === "string";
 }
 
+/** @param {unknown} value */
 function isObject(value) {
     return typeof value === "object" && value !== null && !Array.isArray(value);
 }

@@ -17,8 +17,10 @@ const STARTS = 400, FEWEST = 50; // points of the search for the surface, and fe
 const STRIDES = [0.8191725134, 0.6710436067, 0.5497004779]; // of a low-discrepancy sequence
 const HALF_CUBE = 0.9, NEWTON_STEPS = 4, NEIGHBOR = 1e-3;
 
-// Resolves to {model, error}: the model with quantized networks, and its error {f, degrees, colour}, null if they were
-// quantized already. Resolves to null if no number of bits keeps the errors in their limits, or without a surface.
+/** Resolves to {model, error}: the model with quantized networks, and its error {f, degrees, colour}, null if they
+ * were quantized already. Resolves to null if no number of bits keeps the errors in their limits, or without a
+ * surface.
+ * @param {Model} model */
 export async function fewestBits(model) {
     const {levels, texture} = model;
     if ([...levels.map(({network}) => network), ...(texture ? [texture] : [])].every(isQuantized)) {
@@ -26,14 +28,14 @@ export async function fewestBits(model) {
     }
     const points = await surfacePoints(model, 0);
     if (points.length < FEWEST) return null;
-    const rounded = {...model, levels: [...levels]}, exact = valuesNear(model, points), color = colorsAt(model, points);
+    const rounded = {...model, levels: [...levels]}, exact = valuesNear(model, points);
     const sizes = levels.map(({network}) => network.reduce((sum, {weight}) => sum + weight.length, 0));
     const limit = Math.max(SHARE * levels.at(-1).delta, LEAST);
-    const upTo = (count) => sizes.slice(0, count).reduce((sum, size) => sum + size, 0);
+    const upTo = (/** @type {number} */ count) => sizes.slice(0, count).reduce((sum, size) => sum + size, 0);
     for (const [i, level] of levels.entries()) {
         // Errors of levels are independent: their squares add up. The text is shortest if they are as the sizes.
         const share = Math.sqrt(upTo(i + 1) / upTo(levels.length));
-        const fits = (candidate) => {
+        const fits = (/** @type {Network} */ candidate) => {
             rounded.levels[i] = {...level, network: candidate};
             const {f, degrees} = errorsOf(exact, valuesNear(rounded, points));
             return f <= share * limit && degrees <= share * ANGLE;
@@ -43,17 +45,20 @@ export async function fewestBits(model) {
         if (!network) return null;
         rounded.levels[i] = {...level, network};
     }
+    let colour = null;
     if (texture) {
-        const fits = (candidate) => colorError(color, colorsAt({...model, texture: candidate}, points)) <= OFF_COLOR;
-        rounded.texture = await fewestSizes(texture, fits);
-        if (!rounded.texture) return null;
+        const color = colorsAt(model, texture, points);
+        const errorOf = (/** @type {Network} */ other) => colorError(color, colorsAt(model, other, points));
+        const network = await fewestSizes(texture, (candidate) => errorOf(candidate) <= OFF_COLOR);
+        if (!network) return null;
+        rounded.texture = network;
+        colour = {colour: errorOf(network)};
     }
     await pause(0);
-    const colour = texture && {colour: colorError(color, colorsAt(rounded, points))};
     return {model: rounded, error: {...errorsOf(exact, valuesNear(rounded, points)), ...colour}};
 }
 
-// Resolves to points [x, y, z] on the last level's surface at a time.
+/** Resolves to points [x, y, z] on the last level's surface at a time. @param {Model} model @param {number} time */
 export async function surfacePoints(model, time) {
     let points = Array.from({length: STARTS}, (_, k) => STRIDES.map((s) => HALF_CUBE * (2 * ((k + 1) * s % 1) - 1)));
     for (let i = 0; i < NEWTON_STEPS; ++i) {
@@ -68,7 +73,8 @@ export async function surfacePoints(model, time) {
     return points.filter((point, k) => Math.abs(values[k]) < delta && Math.hypot(...point) < 1.05);
 }
 
-// Resolves to a network with quantized weights of the fewest bits that fit; null if none fit.
+/** Resolves to a network with quantized weights of the fewest bits that fit; null if none fit.
+ * @param {Network} network @param {(candidate: Network) => boolean} fits */
 async function fewestSizes(network, fits) {
     if (isQuantized(network)) return network;
     let best = null, low = 0, high = SIZES.length;
@@ -82,20 +88,22 @@ async function fewestSizes(network, fits) {
     return best;
 }
 
+/** @param {Network} network @param {number} hidden */
 function withSizes(network, hidden) {
     return quantized(network, {fine: Math.max(FINE, hidden), hidden, clip: Infinity});
 }
 
-const finest = (network) => withSizes(network, SIZES.at(-1));
+const finest = (/** @type {Network} */ network) => withSizes(network, SIZES.at(-1));
 
-// Returns each point, then each moved along x, and so on.
+/** Returns each point, then each moved along x, and so on. @param {Vector[]} points */
 function withNeighbors(points) {
     return [-1, 0, 1, 2].flatMap((along) => (
         points.map((point) => point.map((c, axis) => (axis === along ? c + NEIGHBOR : c)))
     ));
 }
 
-// Returns [f, derivatives along x, y, z] of each point, from the values at points of withNeighbors().
+/** Returns [f, derivatives along x, y, z] of each point, from the values at points of withNeighbors().
+ * @param {Float64Array} values */
 function jetsOf(values) {
     const count = values.length / 4;
     return Array.from({length: count}, (_, k) => (
@@ -103,11 +111,13 @@ function jetsOf(values) {
     ));
 }
 
+/** @param {Model} model @param {Vector[]} points */
 function valuesNear(model, points) {
     return widenedValues(model, withNeighbors(points), 0, Infinity);
 }
 
-// Returns the root mean square error of f, and of the normal's angle in degrees.
+/** Returns the root mean square error of f, and of the normal's angle in degrees.
+ * @param {Float64Array} values @param {Float64Array} others */
 function errorsOf(values, others) {
     const jets = jetsOf(values), pairs = jetsOf(others).map((other, k) => [jets[k], other]);
     return {
@@ -119,12 +129,15 @@ function errorsOf(values, others) {
     };
 }
 
-function colorsAt({texture, inputs}, points) {
-    return texture && valuesAt({inputs}, texture, points, 0).map((c) => Math.max(0, Math.min(1, c)));
+/** @param {Model} model @param {Network} texture @param {Vector[]} points */
+function colorsAt(model, texture, points) {
+    return valuesAt(model, texture, points, 0).map((c) => Math.max(0, Math.min(1, c)));
 }
 
-// Returns the root mean square error of colors, in steps of 1/255.
-const colorError = (a, b) => 255 * rootMeanSquare(a.map((c, i) => c - b[i]));
+/** Returns the root mean square error of colors, in steps of 1/255. @param {Numbers} a @param {Numbers} b */
+const colorError = (a, b) => 255 * rootMeanSquare(Array.from(a, (c, i) => c - b[i]));
 
+/** @param {number[]} values */
 export const rootMeanSquare = (values) => Math.sqrt(values.reduce((sum, x) => sum + x * x, 0) / values.length);
+/** @param {Vector} a @param {Vector} b */
 const innerProduct = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];

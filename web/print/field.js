@@ -4,15 +4,16 @@ import {lowered, widest} from "./lower_model.js";
 import {countLoops, layOut, looped, READERS} from "./texels.js";
 
 // Prints the field's GLSL of any model, byte for byte as codegen/printers/field.py (tests/web/test_page_printer.py).
-// Returns {text, texels, height, loops}: the text of field(), field_gradient() and albedo(); the weight texture,
-// TEXTURE_WIDTH texels wide, of height 0 if there is none; and the loop iterations of a call at each level, as llvmpipe
-// counts them. storage: "texture", "literal", or "auto": for each function the first storage that holds its width.
-// unroll: largest number of 4 x 4 products in one loop iteration. A scene comes with its field, printed by Python (web/scene.py).
+
+/** Returns the text of field(), field_gradient() and albedo(), and the texture of weights. A scene comes with its
+ * field, printed by Python (web/scene.py). storage: "texture", "literal", or "auto": for each function the first
+ * storage that holds its width. unroll: largest number of 4 x 4 products in one loop iteration.
+ * @param {Model} model @param {string} storage @returns {PrintedField} */
 export function printField(model, storage, unroll = shared.unroll) {
     if (model.field) return model.field;
     const {constants, values, gradients, texture} = lowered(model);
     const functions = [...values, ...gradients, ...(texture ? [texture] : [])];
-    const isLiteral = (code) => storageOf(code, storage) === "literal";
+    const isLiteral = (/** @type {Code} */ code) => storageOf(code, storage) === "literal";
     const inTexture = functions.filter((code) => !isLiteral(code));
     const {offsets, texels, height} = layOut(inTexture, constants);
     const parts = [[...declareLiterals(functions.filter(isLiteral), constants), ...(inTexture.length ? READERS : [])]];
@@ -20,7 +21,7 @@ export function printField(model, storage, unroll = shared.unroll) {
         parts.push(printFunction(code, isLiteral(code) ? straight(code) : looped(code, offsets, unroll)));
     const input = `vec4(p, ${model.inputs === "xyzt" ? "time" : "1."})`;
     parts.push(printValue(values, input), printGradient(gradients, input), printAlbedo(texture, input));
-    const upTo = (list) => {
+    const upTo = (/** @type {Code[]} */ list) => {
         let total = 0;
         return list.map((code) => (total += isLiteral(code) ? 0 : countLoops(code, unroll)));
     };
@@ -28,19 +29,22 @@ export function printField(model, storage, unroll = shared.unroll) {
     return {text: parts.map((lines) => `${lines.join("\n")}\n`).join("\n"), texels, height, loops};
 }
 
+/** @param {Code} code @param {string} storage */
 function storageOf(code, storage) {
-    return storage === "auto" ? shared.storages.find(([limit]) => widest(code) <= limit)[1] : storage;
+    return storage === "auto" ? shared.storages.find(([limit]) => widest(code) <= limit)?.[1] : storage;
 }
 
+/** @param {{name: string, outputs: string[]}} code @param {string[]} body */
 export function printFunction({name, outputs}, body) {
-    const [type, result] = {
-        1: ["float", outputs[0]],
-        2: ["vec4", `vec4(${outputs[0]}.xyz, ${outputs[1]})`],
-        3: ["vec3", `vec3(${outputs.join(", ")})`],
-    }[outputs.length];
+    const [type, result] = [
+        ["float", outputs[0]],
+        ["vec4", `vec4(${outputs[0]}.xyz, ${outputs[1]})`],
+        ["vec3", `vec3(${outputs.join(", ")})`],
+    ][outputs.length - 1];
     return [`${type} ${name}(vec4 p) {`, ...body.map((line) => `    ${line}`), `    return ${result};`, "}"];
 }
 
+/** @param {Code[]} functions @param {string} input */
 function printValue([first, ...others], input) {
     const deeper = others.flatMap(({name}, k) => [
         `    if (reached == ${k + 1} && level > ${k + 1} && abs(f) < delta[${k}]) {`,
@@ -59,6 +63,7 @@ function printValue([first, ...others], input) {
     ];
 }
 
+/** @param {Code[]} functions @param {string} input */
 function printGradient([first, ...others], input) {
     const deeper = others.flatMap(({name}, k) => [
         `    if (level > ${k + 1}) g += ${name}(q);`,
@@ -85,6 +90,7 @@ function printGradient([first, ...others], input) {
     ];
 }
 
+/** @param {Code | null} texture @param {string} input */
 function printAlbedo(texture, input) {
     const color = texture ? `clamp(${texture.name}(${input}), 0., 1.)` : `vec3(${shared.plain})`;
     return ["vec3 albedo(vec3 p) {", `    return ${color};`, "}"];

@@ -10,7 +10,8 @@ import {lowered, widest} from "./lower_model.js";
 // Prints the distance function for GLSL and Godot, byte for byte as codegen/targets/glsl_function.py.
 const SINES = /vec4 reduced\([^]*?\n}\n+vec4 sine\([^]*?\n}\n+vec4 cosine\([^]*?\n}/; // of glsl/functions/sine.glsl; a packed page has no empty lines
 
-// Returns the text. sha256: of hashOf(). Throws a ModelError for a model that is too wide.
+/** Returns the text. sha256: of hashOf(). Throws a ModelError for a model that is too wide.
+ * @param {Model} model @param {string} sha256 */
 export function functionText(model, sha256) {
     const name = functionName(model.name), program = withPrefix(lowered(model), `${name}_`);
     const {values, gradients, texture, constants} = program;
@@ -21,8 +22,8 @@ export function functionText(model, sha256) {
             `a network ${broadest} wide is too large for constants in a shader, which take up to ${WIDEST_LITERAL}`,
         );
     }
-    const withSines = (line) => line.replace(/ = (sine|cosine)\(/, ` = ${name}_$1(`);
-    const [sines] = document.getElementById("prologue").textContent.match(SINES);
+    const withSines = (/** @type {string} */ line) => line.replace(/ = (sine|cosine)\(/, ` = ${name}_$1(`);
+    const [sines] = document.getElementById("prologue").textContent.match(SINES) ?? [""];
     const lines = [
         headerLine(model, "glsl", sha256, {function: name, space: "model"}),
         ...usageComments(model, name),
@@ -36,38 +37,46 @@ export function functionText(model, sha256) {
     return `${lines.join("\n")}\n`;
 }
 
-// Returns the function's name, made from the model's. facts.reserved: a pattern of names that GLSL reserves.
+/** Returns the function's name, made from the model's. facts.reserved: a pattern of names that GLSL reserves.
+ * @param {string} text */
 function functionName(text) {
-    const trim = (name) => name.replace(/^_+|_+$/g, "");
+    const trim = (/** @type {string} */ name) => name.replace(/^_+|_+$/g, "");
     const made = trim(trim(text.toLowerCase().replace(/[^a-z0-9]+/g, "_")).slice(0, LONGEST_NAME));
     const name = /^[a-z]/.test(made) ? made : trim(`sdf_${made}`);
     return new RegExp(`^(?:${facts.reserved})$`).test(name) ? `${name}_sdf` : name;
 }
 
-// Prefixes the names of functions and constants of lowered().
+/** Prefixes the names of functions and constants of lowered().
+ * @param {Lowered} program @param {string} prefix @returns {Lowered} */
 function withPrefix({values, gradients, texture, constants}, prefix) {
-    const rename = (name) => (constants.has(name) ? prefix + name : name);
-    const change = (code) => ({
+    const rename = (/** @type {any} */ name) => (constants.has(name) ? prefix + name : name);
+    /** @type {(code: Code) => Code} */ const change = (code) => ({
         ...code,
         name: prefix + code.name,
-        ops: code.ops.map((op) => Object.fromEntries(Object.entries(op).map(([key, name]) => [key, rename(name)]))),
+        ops: code.ops.map((
+            op,
+        ) => /** @type {Op} */ (Object.fromEntries(Object.entries(op).map(([key, name]) => [key, rename(name)])))),
     });
     return {
         values: values.map(change),
         gradients: gradients.map(change),
         texture: texture && change(texture),
-        constants: new Map(Array.from(constants, ([key, constant]) => [prefix + key, constant])),
+        constants: /** @type {Table<Constant>} */ (
+            new Map(Array.from(constants, ([key, constant]) => [prefix + key, constant]))
+        ),
     };
 }
 
-// Makes a mat4 of its columns, as Godot does.
+/** Makes a mat4 of its columns, as Godot does. @param {string} line */
 function byColumns(line) {
     return line.replace(/ = mat4\((.*)\)/, (_, text) => {
-        const numbers = text.split(", "), column = (k) => `vec4(${numbers.slice(k, k + 4).join(", ")})`;
+        const numbers = text.split(", "),
+            column = (/** @type {number} */ k) => `vec4(${numbers.slice(k, k + 4).join(", ")})`;
         return ` = mat4(${[0, 4, 8, 12].map(column).join(", ")})`;
     });
 }
 
+/** @param {Model} model @param {string} name */
 function usageComments({levels, inputs}, name) {
     const time = inputs === "xyzt" ? ", time" : "";
     return [
@@ -79,10 +88,12 @@ function usageComments({levels, inputs}, name) {
     ];
 }
 
-// Returns the functions that a user calls.
+/** Returns the functions that a user calls. @param {Model} model @param {string} name @param {Lowered} program */
 function userFunctions({levels, inputs}, name, {values, gradients, texture}) {
     const moves = inputs === "xyzt", time = moves ? ", float time" : "";
     const input = `vec4(p.x, p.y, p.z, ${moves ? "time" : "1."})`;
+    /** @param {string} type @param {string} suffix @param {string} parameters @param {string[]} lines
+     * @param {string} result */
     const print = (type, suffix, parameters, lines, result) => [
         "",
         `${type} ${name}${suffix}(vec3 p${parameters}) {`,
@@ -117,12 +128,13 @@ function userFunctions({levels, inputs}, name, {values, gradients, texture}) {
     ];
 }
 
-// Adds the outputs of functions, level by level (Eq. 3), as codegen/printers/user_functions.py. type: of the functions,
-// "float" or "vec4"; level: name of the finest level's number, or "". Returns {lines, results, count}: statements, the
-// sums of the components, and the number of variables.
+/** Adds the outputs of functions, level by level (Eq. 3), as codegen/printers/user_functions.py. level: name of the
+ * finest level's number, or "". Returns statements, the sums of the components, and the number of variables.
+ * @param {Level[]} levels @param {Code[]} functions @param {string} input @param {"float" | "vec4"} type
+ * @param {string} level */
 function sumOfLevels(levels, functions, input, type, level) {
-    const isVector = type === "vec4", lines = [], next = (letter) => letter + ++count;
-    const parts = (r) => (isVector ? [`${r}.xyz.x`, `${r}.xyz.y`, `${r}.xyz.z`, `${r}.w`] : [r]);
+    const isVector = type === "vec4", lines = [], next = (/** @type {string} */ letter) => letter + ++count;
+    const parts = (/** @type {string} */ r) => (isVector ? [`${r}.xyz.x`, `${r}.xyz.y`, `${r}.xyz.z`, `${r}.w`] : [r]);
     let count = 0, condition = "", last = next("r");
     lines.push(`    ${type} ${last} = ${functions[0].name}(${input});`);
     let results = parts(last);

@@ -2,9 +2,10 @@ import {constantsOf, elementwise, number} from "./cstyle.js";
 
 // Prints weights as named constants in straight-line code, as codegen/printers/literal.py.
 
-// Returns one declaration for each vec4 or 4 x 4 block, in order of first use.
+/** Returns one declaration for each vec4 or 4 x 4 block, in order of first use.
+ * @param {Code[]} functions @param {Table<Constant>} constants */
 export function declareLiterals(functions, constants) {
-    const lines = [], literals = (values) => Array.from(values, number).join(", ");
+    const lines = [], literals = (/** @type {Numbers} */ values) => Array.from(values, number).join(", ");
     for (const name of constantsOf(functions)) {
         const {rows, columns, values} = constants.get(name);
         for (let o = 0; o < rows; o += 4) {
@@ -18,21 +19,25 @@ export function declareLiterals(functions, constants) {
     return lines;
 }
 
-// Returns a function's statements, without loops; each term of a sum is a separate `+=`.
+/** Returns a function's statements, without loops; each term of a sum is a separate `+=`.
+ * @param {Pick<Code, "ops" | "blocks">} code */
 export function straight({ops, blocks}) {
-    const lines = [], at = (value, k) => (blocks.get(value) === 1 ? value : `${value}_${k}`);
+    /** @type {string[]} */
+    const lines = [], at = (value = "", k = 0) => (blocks.get(value) === 1 ? value : `${value}_${k}`);
     for (const op of ops) {
-        const over = (print) => Array.from({length: blocks.get(op.source)}, (_, i) => print(i, at(op.source, i)));
+        const over = (/** @type {(i: number, operand: string) => string} */ print) => (
+            Array.from({length: blocks.get(op.source)}, (_, i) => print(i, at(op.source, i)))
+        );
         for (let k = 0; k < blocks.get(op.result); ++k) {
             const name = at(op.result, k);
-            const terms = {
+            const terms = /** @type {Record<string, () => string[]>} */ ({
                 affine: () => [
                     ...(op.bias ? [`${op.bias}_${k}`] : []),
                     ...over((i, h) => `${op.matrix}_${k}_${i} * ${h}`),
                 ],
                 transposed: () => over((o, g) => `${g} * ${op.matrix}_${o}_${k}`),
-                dot: () => [number(op.offset), ...over((i, h) => `dot(${op.row}_${i}, ${h})`)],
-            }[op.kind]?.() ?? [elementwise(op, (value) => at(value, k))];
+                dot: () => [number(/** @type {number} */ (op.offset)), ...over((i, h) => `dot(${op.row}_${i}, ${h})`)],
+            })[op.kind]?.() ?? [elementwise(op, (value) => at(value, k))];
             lines.push(`${op.kind === "dot" ? "float" : "vec4"} ${name} = ${terms[0]};`);
             lines.push(...terms.slice(1).map((term) => `${name} += ${term};`));
         }

@@ -1,7 +1,9 @@
 // Evaluates the field in double precision on the CPU. The page compares the shader of a dropped model with it.
 const TOGETHER = 4; // points with interleaved sums, so that no addition waits for the previous one
 
-// Returns a network's values at `count` points, a multiple of TOGETHER. h: x of all points, then y of all points, ...
+/** Returns a network's values at `count` points, a multiple of TOGETHER. h: x of all points, then y of all points,
+ * ...
+ * @param {Network} network @param {Float64Array} h @param {number} count */
 function networkValues(network, h, count) {
     network.forEach(({rows, columns, weight, bias}, j) => {
         const next = new Float64Array(rows * count), bend = j < network.length - 1 ? Math.sin : Number;
@@ -27,7 +29,8 @@ function networkValues(network, h, count) {
     return h;
 }
 
-// Returns the values of a model's network at points [x, y, z] and a time.
+/** Returns the values of a model's network at points [x, y, z] and a time.
+ * @param {Pick<Model, "inputs">} model @param {Network} network @param {Vector[]} points @param {number} time */
 export function valuesAt({inputs}, network, points, time) {
     const count = TOGETHER * Math.ceil(points.length / TOGETHER), moves = inputs === "xyzt";
     const h = new Float64Array((moves ? 4 : 3) * count);
@@ -36,7 +39,8 @@ export function valuesAt({inputs}, network, points, time) {
     return networkValues(network, h, count);
 }
 
-// Returns [value, level] of the nested field (field/interpret.py) at a point [x, y, z] and time 0.
+/** Returns [value, level] of the nested field (field/interpret.py) at a point [x, y, z] and time 0.
+ * @param {Model} model @param {Vector} point */
 export function fieldValue(model, point) {
     let value = 0, level = 0;
     do value += valuesAt(model, model.levels[level++].network, [point], 0)[0]; while (
@@ -45,7 +49,9 @@ export function fieldValue(model, point) {
     return [value, level];
 }
 
-// Returns the nested field of the first `depth` levels at points [x, y, z] and a time, with bands widened by `margin`.
+/** Returns the nested field of the first `depth` levels at points [x, y, z] and a time, with bands widened by
+ * `margin`.
+ * @param {Model} model @param {Vector[]} points @param {number} time @param {number} margin */
 export function widenedValues(model, points, time, margin, depth = model.levels.length) {
     const values = new Float64Array(points.length);
     let inside = points.map((_, k) => k);
@@ -58,8 +64,8 @@ export function widenedValues(model, points, time, margin, depth = model.levels.
     return values;
 }
 
-// Returns {points, values}: coordinates of up to `count` points near the surface, and the field there, at time 0. The
-// search walks inwards from the unit sphere.
+/** Returns up to `count` probes, at time 0. The search walks inwards from the unit sphere.
+ * @param {Model} model @returns {Probes} */
 export function probes(model, count = 16) {
     const points = [], values = [];
     for (let k = 0; k < 2 * count && values.length < count; ++k) {

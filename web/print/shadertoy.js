@@ -14,13 +14,14 @@ import {packedLines} from "./packed.js";
 // spaces and comments, in an element (text_elements() of web/page.py).
 const SOFTBOX_LINES = /^#ifdef SOFTBOX\n([^]*?)(?:^#else\n([^]*?))?^#endif\n/gm;
 
-// Resolves to the text. model: of parseModel, with `ground`, the height of its lowest point. sha256: of hashOf().
-// shade: "softbox", "phong", or null for the softbox where it adds little. Throws a ModelError for too wide a model.
+/** Resolves to the text. sha256: of hashOf(). shade: "softbox", "phong", or null for the softbox where it adds little.
+ * Throws a ModelError for too wide a model.
+ * @param {ShownModel} model @param {string} sha256 @param {string | null} shade */
 export async function shadertoyText(model, sha256, shade = null) {
     const widest = widestOf(model);
     if (widest > WIDEST) throw new ModelError(`a layer is ${widest} wide, and browsers compile ${WIDEST} at most`);
     // A single level's network is the field.
-    const nameOf = (name) => (model.levels.length === 1 && name === "network1" ? "field" : name);
+    const nameOf = (/** @type {string} */ name) => (model.levels.length === 1 && name === "network1" ? "field" : name);
     const rounded = model.inputs === "xyz" ? await fewestBits(model) : null;
     if (!rounded) return textOf(model, sha256, shade, decimalLines(model, await fewestDigits(model), nameOf));
     const {values, texture, constants} = lowered(rounded.model);
@@ -30,19 +31,23 @@ export async function shadertoyText(model, sha256, shade = null) {
     return textOf(model, sha256, shade, packedLines(functions, constants), further);
 }
 
+/** @param {Model} model */
 function widestOf({levels, texture}) {
     const networks = [...levels.map(({network}) => network), ...(texture ? [texture] : [])];
     return Math.max(...networks.flat().map(({rows}) => rows));
 }
 
-// Whether Shadertoy takes a model: one that has networks, which a scene has not, and none that are too wide.
+/** Whether Shadertoy takes a model: one that has networks, which a scene has not, and none that are too wide.
+ * @param {Model} model */
 export const fitsShadertoy = (model) => !model.field && widestOf(model) <= WIDEST;
 
-// Returns the text. weights: the lines of the weights and networks; further: facts for the header.
+/** Returns the text. weights: the lines of the weights and networks; further: facts for the header.
+ * @param {ShownModel} model @param {string} sha256 @param {string | null} shade @param {string[]} weights
+ * @param {object} [further] */
 function textOf(model, sha256, shade, weights, further) {
     const by = model.credit ? `, by ${pythonJson(model.credit)}` : "";
     const floor = `const float G = ${number(Math.round(model.ground * 1e4) / 1e4)}`;
-    const text = (softbox) =>
+    const text = (/** @type {boolean} */ softbox) =>
         [
             headerLine(model, "shadertoy", sha256, further),
             `// ${pythonJson(model.name)}${by}`,
@@ -60,9 +65,10 @@ function textOf(model, sha256, shade, weights, further) {
     return shade === "softbox" || (lit && lit.length <= (1 + SOFTBOX_SHARE) * plain.length) ? lit : plain;
 }
 
+/** @param {Model} model @param {boolean} softbox */
 function settingsOf({front, inputs, levels, texture}, softbox) {
     const {camera: {azimuth, elevation}, defaults, plain} = shared;
-    const vector = (values) => `vec${values.length}(${values.map(shortNumber).join(", ")})`;
+    const vector = (/** @type {Vector} */ values) => `vec${values.length}(${values.map(shortNumber).join(", ")})`;
     return [
         `VIEW ${vector(front ?? [azimuth, elevation])} // initial azimuth and elevation, degrees`,
         "SPEED .3 // speed of the turntable, radians per second",
@@ -78,8 +84,9 @@ function settingsOf({front, inputs, levels, texture}, softbox) {
     ];
 }
 
-// Returns field() up to LEVEL (Eq. 3): outside of a band, the distance to the band's offset surface. Taps of a normal
-// take the levels of the ray's end point.
+/** Returns field() up to LEVEL (Eq. 3): outside of a band, the distance to the band's offset surface. Taps of a
+ * normal take the levels of the ray's end point.
+ * @param {Model} model @param {boolean} softbox */
 function fieldLines({levels}, softbox) {
     if (levels.length === 1) return [];
     const deeper = levels.slice(0, -1).flatMap(({delta}, i) => [
@@ -99,6 +106,7 @@ function fieldLines({levels}, softbox) {
     ];
 }
 
+/** @param {Model} model @param {boolean} softbox */
 function mainOf({inputs, levels, texture}, softbox) {
     const time = inputs === "xyzt" ? "TIME" : "1", bounds = levels.map((level) => level.bounds.band_step_bound);
     bounds[levels.length - 1] = levels.at(-1).bounds.step_bound;
@@ -110,9 +118,9 @@ function mainOf({inputs, levels, texture}, softbox) {
         .replace("f*=BOUND;\n", bound === 1 ? "" : `f*=${number(bound)};\n`);
 }
 
-const shortNumber = (value) => number(withDigits(value, 3));
+const shortNumber = (/** @type {number} */ value) => number(withDigits(value, 3));
 
-// Returns GLSL without indentation, comments and spaces around operators.
+/** Returns GLSL without indentation, comments and spaces around operators. @param {string} text */
 function squeezedGlsl(text) {
     return text.replace(/^\s+|\s*\/\/.*$/gm, "").replace(/ *([-+*/=<>,;(){}?:&|]) */g, "$1");
 }

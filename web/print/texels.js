@@ -13,11 +13,11 @@ export const READERS = [
     "mat4 block(int k) { return mat4(texel(k), texel(k + 1), texel(k + 2), texel(k + 3)); }",
 ];
 
-// Lays out the constants of functions in one texture: consecutive texels from an offset; a block of a matrix is four
-// texels, its columns. Returns {offsets, texels, height}: a Map from names to offsets, a Float32Array, and the number
-// of rows of TEXTURE_WIDTH texels.
+/** Lays out the constants of functions in one texture: consecutive texels from an offset; a block of a matrix is four
+ * texels, its columns. height: rows of TEXTURE_WIDTH texels.
+ * @param {Code[]} functions @param {Table<Constant>} constants */
 export function layOut(functions, constants) {
-    const offsets = new Map(), texels = [];
+    const offsets = /** @type {Table<number>} */ (new Map()), texels = [];
     for (const name of constantsOf(functions)) {
         const {rows, columns, values} = constants.get(name);
         offsets.set(name, texels.length / 4);
@@ -32,15 +32,16 @@ export function layOut(functions, constants) {
     return {offsets, texels: image, height};
 }
 
-// Returns a function's statements: one loop for each run of ops over the same blocks. A value that no later run reads is
-// a vec4 inside the loop. most: largest number of 4 x 4 products per iteration.
+/** Returns a function's statements: one loop for each run of ops over the same blocks. A value that no later run
+ * reads is a vec4 inside the loop. most: largest number of 4 x 4 products per iteration.
+ * @param {Code} code @param {Table<number>} offsets @param {number} most */
 export function looped({ops, blocks, outputs}, offsets, most) {
-    const runs = fused(ops, blocks), lines = [];
+    /** @type {string[]} */ const lines = [], runs = fused(ops, blocks);
     runs.forEach((run, i) => {
         const later = new Set([...outputs, ...runs.slice(i + 1).flat().flatMap(sources)]);
-        const isInner = (op) => op.kind !== "dot" && !later.has(op.result);
+        const isInner = (/** @type {Op} */ op) => op.kind !== "dot" && !later.has(op.result);
         const inner = new Set(run.filter(isInner).map(({result}) => result));
-        const at = (value, k = "k") =>
+        const at = (value = "", k = "k") =>
             offsets.has(value) ?
                 `texel(${offsets.get(value)} + ${k})`
                 : blocks.get(value) === 1 || inner.has(value)
@@ -64,7 +65,8 @@ export function looped({ops, blocks, outputs}, offsets, most) {
     return lines;
 }
 
-// Returns the loop iterations of one call. llvmpipe also counts the test that ends a loop.
+/** Returns the loop iterations of one call. llvmpipe also counts the test that ends a loop.
+ * @param {Code} code @param {number} most */
 export function countLoops({ops, blocks}, most) {
     let total = 0;
     for (const group of fused(ops, blocks)) {
@@ -75,9 +77,12 @@ export function countLoops({ops, blocks}, most) {
     return total;
 }
 
-// Returns the lines that compute s, block k of n, of a product of the matrix at texel `base` and a source of m blocks.
+/** Returns the lines that compute s, block k of n, of a product of the matrix at texel `base` and a source of m
+ * blocks.
+ * @param {Op} op @param {number} n @param {number} m @param {number} base
+ * @param {(value: string | undefined, k?: string) => string} at @param {number} most */
 function product(op, n, m, base, at, most) {
-    const term = (j) =>
+    const term = (/** @type {string} */ j) =>
         op.kind === "transposed"
             ? `s += ${at(op.source, j)} * block(${base} + 4 * k + ${4 * n} * (${j}));`
             : `s += block(${base} + ${4 * m} * k + 4 * (${j})) * ${at(op.source, j)};`;
@@ -85,13 +90,15 @@ function product(op, n, m, base, at, most) {
     return [`vec4 s = ${op.bias ? at(op.bias) : "vec4(0)"};`, ...(m === 1 ? [term("0")] : loop("j", m, terms, step))];
 }
 
-// Returns the names of an op's operands, without matrix, bias and row.
+/** Returns the names of an op's operands, without matrix, bias and row. @param {Op} op */
 const sources = ({source, left, right}) => [source, left, right].filter(Boolean);
+/** @param {Op} op @param {Table<number>} blocks */
 const span = (op, blocks) => blocks.get(op.kind === "dot" ? op.source : op.result);
 
-// Returns runs of ops over equally many blocks, in which no op needs a whole vector of its own run.
+/** Returns runs of ops over equally many blocks, in which no op needs a whole vector of its own run.
+ * @param {Op[]} ops @param {Table<number>} blocks */
 function fused(ops, blocks) {
-    const groups = [];
+    /** @type {Op[][]} */ const groups = [];
     for (const op of ops) {
         if (isProduct(op) || !groups.length || span(op, blocks) !== span(groups.at(-1)[0], blocks)) groups.push([]);
         groups.at(-1).push(op);
@@ -99,12 +106,14 @@ function fused(ops, blocks) {
     return groups;
 }
 
-// Returns the products per iteration: the largest proper divisor up to `most`.
+/** Returns the products per iteration: the largest proper divisor up to `most`.
+ * @param {number} count @param {number} most */
 function unroll(count, most) {
     for (let u = Math.min(most, count - 1); u > 1; --u) if (count % u === 0) return u;
     return 1;
 }
 
+/** @param {string} variable @param {number} count @param {string[]} body */
 function loop(variable, count, body, step = 1) {
     const advance = step === 1 ? `++${variable}` : `${variable} += ${step}`;
     const head = `for (int ${variable} = 0; ${variable} < ${count}; ${advance}) {`;

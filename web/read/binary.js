@@ -1,7 +1,9 @@
-// Numbers of binary files, by their types.
+/** Bytes of numbers in binary files, by their types.
+ * @typedef {keyof typeof SIZES} NumberType */
 export const SIZES = {int8: 1, uint8: 1, int16: 2, uint16: 2, int32: 4, uint32: 4, float32: 4, float64: 8};
 
-// Returns a number of a DataView. Throws RangeError beyond its end.
+/** Returns a number of a DataView. Throws RangeError beyond its end.
+ * @param {DataView} view @param {NumberType} type @param {number} at @param {boolean} isLittle */
 export function numberAt(view, type, at, isLittle) {
     switch (type) {
         case "int8":
@@ -23,7 +25,7 @@ export function numberAt(view, type, at, isLittle) {
     }
 }
 
-// Returns a DataView of bytes.
+/** Returns a DataView of bytes. @param {Uint8Array} bytes */
 export function viewOf(bytes) {
     return new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
 }

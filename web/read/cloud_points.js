@@ -4,9 +4,11 @@ import {demand, demandFew} from "./mesh_parts.js";
 
 // Checks and merges the points of a cloud (trainer/shapes/checks.py, duplicates.py).
 const INWARDS = 0.1; // least mean cosine of normals that point inwards
+/** Points with normals of any length.
+ * @typedef {{vertices: Float64Array, normals: Float64Array, tints?: Float32Array | null}} Points */
 
-// Returns {vertices, normals, tints, notes} of points with normals of any length; tints may be null. Leaves out points
-// without a place or a normal, and averages those at one place.
+/** Leaves out points without a place or a normal, averages those at one place, and scales normals to length one.
+ * @param {Points} shape */
 export function cleanCloud(shape) {
     const notes = [], usable = withUnitNormals(shape);
     const lost = (shape.vertices.length - usable.vertices.length) / 3;
@@ -19,7 +21,8 @@ export function cleanCloud(shape) {
     return {...merged, notes};
 }
 
-// Turns normals round if most of them clearly point to the middle of the points. Returns whether it did.
+/** Turns normals round if most of them clearly point to the middle of the points. Returns whether it did.
+ * @param {Points} points */
 function turnOutwards({vertices, normals}) {
     const count = vertices.length / 3, middle = [0, 0, 0];
     vertices.forEach((c, i) => {
@@ -37,24 +40,29 @@ function turnOutwards({vertices, normals}) {
     return true;
 }
 
+/** @param {Points} points */
 function withUnitNormals({vertices, normals, tints}) {
-    const isPlace = (_, i) => [0, 1, 2].every((k) => Math.abs(vertices[3 * i + k]) <= HUGE);
-    const lengths = lengthsOf(normals), places = lengths.map(isPlace);
+    const lengths = lengthsOf(normals);
+    const places = Array.from(lengths, (_, i) => [0, 1, 2].every((k) => Math.abs(vertices[3 * i + k]) <= HUGE));
     return scaledRows({vertices, normals, tints}, lengths, (i) => places[i] && lengths[i] > 0 && lengths[i] < Infinity);
 }
 
+/** @param {Float64Array} rows (3 N) */
 function lengthsOf(rows) {
-    const length = (i) => Math.hypot(rows[3 * i], rows[3 * i + 1], rows[3 * i + 2]);
+    const length = (/** @type {number} */ i) => Math.hypot(rows[3 * i], rows[3 * i + 1], rows[3 * i + 2]);
     return Float64Array.from({length: rows.length / 3}, (_, i) => length(i));
 }
 
-// Returns the rows that are to be kept, with normals divided by their lengths. tints may be null.
+/** Returns the rows that are to be kept, with normals divided by their lengths.
+ * @param {Points} points @param {Float64Array} lengths @param {(i: number) => boolean} isKept */
 function scaledRows({vertices, normals, tints}, lengths, isKept) {
-    const kept = (array) => array && array.filter((_, i) => isKept(Math.floor(i / 3)));
+    /** @template {Float64Array | Float32Array | null | undefined} T @param {T} array */
+    const kept = (array) => /** @type {T} */ (array && array.filter((_, i) => isKept(Math.floor(i / 3))));
     const units = normals.map((c, i) => c / lengths[Math.floor(i / 3)]);
     return {vertices: kept(vertices), normals: kept(units), tints: kept(tints)};
 }
 
+/** @param {Points} points */
 function mergedPoints({vertices, normals, tints}) {
     const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
     vertices.forEach((c, i) => {
@@ -69,8 +77,8 @@ function mergedPoints({vertices, normals, tints}) {
     normals.forEach((c, i) => {
         const row = first[Math.floor(i / 3)], to = 3 * row + i % 3;
         sums[to] += c;
-        if (means) means[to] += tints[i] / counts[row];
+        if (tints && means) means[to] += tints[i] / counts[row];
     });
-    const lengths = lengthsOf(sums), isKept = (i) => counts[i] && lengths[i] >= CANCELED * counts[i];
-    return scaledRows({vertices, normals: sums, tints: means}, lengths, isKept);
+    const lengths = lengthsOf(sums), isKept = (/** @type {number} */ i) => lengths[i] >= CANCELED * counts[i];
+    return scaledRows({vertices, normals: sums, tints: means}, lengths, (i) => counts[i] > 0 && isKept(i));
 }

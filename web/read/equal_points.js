@@ -1,6 +1,7 @@
 // Finds points at one place.
 
-// Returns for each row of `width` numbers the index of the first row that equals it, a Uint32Array. Makes -0 to 0.
+/** Returns for each row of `width` numbers the index of the first row that equals it, a Uint32Array. Makes -0 to 0.
+ * @param {Float64Array} numbers */
 export function firstEqual(numbers, width = 3) {
     const count = numbers.length / width, first = new Uint32Array(count);
     for (let i = 0; i < numbers.length; ++i) numbers[i] += 0;

@@ -3,18 +3,24 @@ import {materialOf} from "./gltf_materials.js";
 import {IDENTITY, isMirror, matrixOf, matrixProduct, normalMatrix} from "./matrices.js";
 import {demand, demandFew, firstNumbers, Growing} from "./mesh_parts.js";
 import {encoded} from "./surface_colors.js";
+/** @import {Gltf, GltfFile, GltfNode, Primitive, Skin} from "./gltf_data.js" */
+/** @import {Matrix} from "./matrices.js" */
+/** @import {Find, Parsed} from "./mesh_file.js" */
 
 // Reads the triangles, normals and colors of a glTF 2.0 file, placed by its nodes and by skins in their pose.
 const TRIANGLES = 4, STRIP = 5, FAN = 6, MOST_INSTANCES = 100_000;
 
-// Returns what parsedShape (mesh_file.js) describes.
+/** @param {Uint8Array} bytes @param {Find} find @returns {Parsed} */
 export function parseGlb(bytes, find) {
-    const file = openGltf(bytes, find), {gltf, accessor} = file, placed = placedNodes(gltf), skins = new Map();
+    const file = openGltf(bytes, find), {gltf, accessor} = file, placed = placedNodes(gltf);
+    const skins = /** @type {Map<Skin, Matrix[]>} */ (new Map());
     const points = new Growing(Float64Array), normals = new Growing(Float64Array);
     const tints = new Growing(Float32Array), uv = new Growing(Float32Array);
     const faces = new Growing(Uint32Array), material = new Growing(Uint16Array), materials = new Map();
     let meshes = 0;
 
+    /** @param {Primitive} primitive @param {(i: number) => Matrix} matrices
+     * @param {ReturnType<typeof skinWeights>} weights */
     function add(primitive, matrices, weights) {
         const {attributes = {}, mode = TRIANGLES, indices, material: name} = primitive;
         if (![TRIANGLES, STRIP, FAN].includes(mode)) return;
@@ -53,7 +59,8 @@ export function parseGlb(bytes, find) {
         for (const instance of instances(node, matrix, accessor)) {
             meshes += primitives.length ? 1 : 0;
             for (const primitive of primitives) {
-                const matrices = joints ? (i) => skins.get(joints)[i] ?? IDENTITY : () => instance;
+                /** @type {(i: number) => Matrix} */
+                const matrices = joints ? (i) => skins.get(joints)?.[i] ?? IDENTITY : () => instance;
                 add(primitive, matrices, joints ? skinWeights(primitive, accessor) : null);
             }
         }
@@ -73,11 +80,14 @@ export function parseGlb(bytes, find) {
     };
 }
 
-// Returns a node's index -> its matrix, of the nodes of the scene.
+/** Returns a node's index -> its matrix, of the nodes of the scene.
+ * @param {Gltf} gltf @returns {Map<number, Matrix>} */
 function placedNodes({scenes, scene = 0, nodes}) {
-    const placed = new Map(), pending = Array.from(scenes?.[scene]?.nodes ?? [], (index) => [index, IDENTITY]);
-    while (pending.length) {
-        const [index, above] = pending.pop(), node = nodes?.[index];
+    const placed = new Map();
+    /** @type {[number, Matrix][]} */
+    const pending = Array.from(scenes?.[scene]?.nodes ?? [], (index) => [index, IDENTITY]);
+    for (let next = pending.pop(); next; next = pending.pop()) {
+        const [index, above] = next, node = nodes?.[index];
         demand(node && !placed.has(index), "its nodes are damaged"); // a node has one parent at most
         const matrix = matrixProduct(above, node.matrix ?? matrixOf(node));
         placed.set(index, matrix);
@@ -86,13 +96,15 @@ function placedNodes({scenes, scene = 0, nodes}) {
     return placed;
 }
 
-// Returns the matrices of a node's instances.
+/** Returns the matrices of a node's instances.
+ * @param {GltfNode} node @param {Matrix} matrix @param {GltfFile["accessor"]} accessor */
 function instances({extensions}, matrix, accessor) {
     const {TRANSLATION, ROTATION, SCALE} = extensions?.EXT_mesh_gpu_instancing?.attributes ?? {};
     if ((TRANSLATION ?? ROTATION ?? SCALE) === undefined) return [matrix];
+    /** @param {number | undefined} index @param {string} type */
     const read = (index, type) => (index === undefined ? null : accessor(index, [type]).numbers);
     const translations = read(TRANSLATION, "VEC3"), rotations = read(ROTATION, "VEC4"), scales = read(SCALE, "VEC3");
-    const count = translations ? translations.length / 3 : rotations ? rotations.length / 4 : scales.length / 3;
+    const count = translations ? translations.length / 3 : rotations ? rotations.length / 4 : (scales?.length ?? 0) / 3;
     demand(count <= MOST_INSTANCES, "too many instances");
     return Array.from({length: count}, (_, i) =>
         matrixProduct(
@@ -105,7 +117,8 @@ function instances({extensions}, matrix, accessor) {
         ));
 }
 
-// Returns the matrices of a skin's joints, from the mesh to the scene.
+/** Returns the matrices of a skin's joints, from the mesh to the scene.
+ * @param {Skin} skin @param {Map<number, Matrix>} placed @param {GltfFile["accessor"]} accessor */
 function jointMatrices({joints, inverseBindMatrices}, placed, accessor) {
     const inverse = inverseBindMatrices === undefined ? null : accessor(inverseBindMatrices, ["MAT4"]).numbers;
     return joints.map((joint, i) => {
@@ -114,6 +127,7 @@ function jointMatrices({joints, inverseBindMatrices}, placed, accessor) {
     });
 }
 
+/** @param {Primitive} primitive @param {GltfFile["accessor"]} accessor */
 function skinWeights({attributes = {}}, accessor) {
     const {JOINTS_0, WEIGHTS_0} = attributes;
     if (JOINTS_0 === undefined || WEIGHTS_0 === undefined) return null;
@@ -121,7 +135,10 @@ function skinWeights({attributes = {}}, accessor) {
     return {joints: accessor(JOINTS_0, ["VEC4"]).numbers, shares};
 }
 
-// Adds points and their normals, or null, moved by a matrix; with weights, by the mean of their joints' matrices.
+/** Adds points and their normals, or null, moved by a matrix; with weights, by the mean of their joints' matrices.
+ * @param {Record<"points" | "normals", Growing<Float64Array>>} to @param {Float64Array} own
+ * @param {Float64Array | null} directions @param {(i: number) => Matrix} matrices
+ * @param {ReturnType<typeof skinWeights>} weights */
 function placePoints({points, normals}, own, directions, matrices, weights) {
     const mean = new Float64Array(16);
     for (let i = 0; i < own.length / 3; ++i) {
@@ -145,7 +162,8 @@ function placePoints({points, normals}, own, directions, matrices, weights) {
     }
 }
 
-// Returns the corners of triangles. order: indices of vertices.
+/** Returns the corners of triangles.
+ * @param {Float64Array} order indices of vertices @param {number} mode @param {boolean} isMirrored */
 function triangles(order, mode, isMirrored) {
     const count = mode === TRIANGLES ? Math.floor(order.length / 3) : Math.max(0, order.length - 2);
     if (mode === TRIANGLES && !isMirrored) return order.subarray(0, 3 * count);

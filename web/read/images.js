@@ -5,34 +5,40 @@ import {demand} from "./mesh_parts.js";
 const MOST_DECODED = 100e6, MOST_SIDE = 2048; // pixels
 const MOST_PIXELS = 2 ** 23; // of all images together, after they are made smaller
 
-// Returns {width, height, pixels: Uint8ClampedArray RGBA} of a PNG, JPEG or WebP, made smaller where it is large.
-// count: of images that the shape has. Throws MeshError.
+/** Decodes a PNG, JPEG or WebP, smaller where it is large. Throws MeshError.
+ * @param {Uint8Array} bytes @param {number} count of images that the shape has */
 export async function decodeImage(bytes, count) {
     const [wide, high] = imageSize(bytes) ?? [];
     demand(wide, "is not a PNG, JPEG or WebP");
     demand(wide * high <= MOST_DECODED, `has ${wide} x ${high} pixels; the limit is ${MOST_DECODED / 1e6} million`);
     let bitmap;
     try {
-        bitmap = await createImageBitmap(new Blob([bytes]), {premultiplyAlpha: "none", colorSpaceConversion: "none"});
+        bitmap = await createImageBitmap(new Blob([/** @type {BlobPart} */ (bytes)]), {
+            premultiplyAlpha: "none",
+            colorSpaceConversion: "none",
+        });
     } catch {
         demand(false, "is damaged");
     }
     const most = MOST_PIXELS / count, sides = [bitmap.width, bitmap.height];
     const scale = Math.min(1, MOST_SIDE / Math.max(...sides), Math.sqrt(most / (wide * high)));
     const [width, height] = sides.map((side) => Math.max(1, Math.floor(scale * side)));
-    const context = new OffscreenCanvas(width, height).getContext("2d", {willReadFrequently: true});
+    const context = /** @type {OffscreenCanvasRenderingContext2D} */ (
+        new OffscreenCanvas(width, height).getContext("2d", {willReadFrequently: true})
+    );
     context.imageSmoothingQuality = "high";
     context.drawImage(bitmap, 0, 0, width, height);
     bitmap.close();
     return {width, height, pixels: context.getImageData(0, 0, width, height).data};
 }
 
-// Returns the width and height that an image's header states, before anything is decoded; null for other formats.
+/** Returns the width and height that an image's header states, before anything is decoded; null for other formats.
+ * @param {Uint8Array} bytes */
 function imageSize(bytes) {
     const view = viewOf(bytes), size = bytes.length;
     if (size >= 24 && view.getUint32(0) === 0x89504e47) return [view.getUint32(16), view.getUint32(20)];
     if (size >= 31 && view.getUint32(0) === 0x52494646 && view.getUint32(8) === 0x57454250) { // RIFF, WEBP
-        const kind = bytes[15], low = (at) => view.getUint16(at, true) & 0x3fff;
+        const kind = bytes[15], low = (/** @type {number} */ at) => view.getUint16(at, true) & 0x3fff;
         if (kind === 0x58) return [24, 27].map((at) => 1 + (view.getUint32(at, true) & 0xffffff)); // VP8X
         if (kind === 0x4c) return [1 + low(21), 1 + (view.getUint32(21, true) >>> 14 & 0x3fff)]; // VP8L
         return [low(26), low(28)];

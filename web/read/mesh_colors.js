@@ -1,11 +1,13 @@
 import {decodeImage} from "./images.js";
 import {MeshError, shownName} from "./mesh_parts.js";
+/** @import {FoundMaterial, InputFile, Parsed, Picture, ShapeColors} from "./mesh_file.js" */
 
 // The colors of a shape, from what its reader found and from the images beside it.
 const IMAGE = /\.(png|jpe?g|webp)$/i, GRAY = [0.8, 0.8, 0.8]; // of materials without a color
 
-// Returns the colors of readShape (mesh_file.js); null where the shape is of one gray. parsed: what the reader returns.
-// files: that were dropped. notes: gets lines about what is missing.
+/** Returns the colors of a shape; null where it is of one gray.
+ * @param {Parsed} parsed @param {InputFile[]} files @param {string[]} notes gets lines about what is missing
+ * @returns {Promise<ShapeColors | null>} */
 export async function colorsOf({faces, tints, uv = null, material = null, materials = [], isProduct}, files, notes) {
     const bare = () => materials.map((entry) => ({...entry, image: null}));
     const drawn = uv ? withSpareImage(materials, files, notes) : bare();
@@ -23,11 +25,12 @@ export async function colorsOf({faces, tints, uv = null, material = null, materi
         if (uv && !images.size) notes.push("texture coordinates, but no image; drop it together with the mesh");
         return null;
     }
-    const finite = hasImage ? uv.map((c) => (Number.isFinite(c) ? c : 0)) : null;
+    const finite = hasImage && uv ? uv.map((c) => (Number.isFinite(c) ? c : 0)) : null;
     return {vertex, uv: finite, material: used, materials: found};
 }
 
-// Gives the only image that was dropped to materials, if none of their own is there.
+/** Gives the only image that was dropped to materials, if none of their own is there.
+ * @param {FoundMaterial[]} materials @param {InputFile[]} files @param {string[]} notes @returns {FoundMaterial[]} */
 function withSpareImage(materials, files, notes) {
     const spare = files.filter(({name}) => IMAGE.test(name));
     if (spare.length !== 1 || materials.some(({image}) => image?.bytes)) return materials;
@@ -38,7 +41,8 @@ function withSpareImage(materials, files, notes) {
     return own.map((entry) => ({...entry, image: entry.image || !isNamed ? image : null}));
 }
 
-// Returns the name of each image -> the decoded image, or null.
+/** Returns the name of each image -> the decoded image, or null.
+ * @param {FoundMaterial[]} materials @param {string[]} notes @returns {Promise<Map<string, Picture | null>>} */
 async function decodedImages(materials, notes) {
     const decoded = new Map(), named = new Map();
     for (const {color, image} of materials) if (image) named.set(image.name, {color, ...image});
@@ -57,6 +61,7 @@ async function decodedImages(materials, notes) {
     return decoded;
 }
 
+/** @param {ArrayLike<number>} colors */
 function isOneGray(colors) {
     for (let i = 0; i < colors.length; ++i) if (colors[i] !== colors[0]) return false;
     return true;

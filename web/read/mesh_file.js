@@ -8,18 +8,39 @@ import {parseObj} from "./obj.js";
 import {parsePly} from "./ply.js";
 import {parseStl} from "./stl.js";
 import {parseXyz} from "./xyz.js";
+/** @import {Points} from "./cloud_points.js" */
 
 // Reads a shape from a file and the files beside it.
+
+/** A file that was dropped. @typedef {{name: string, path?: string, bytes: ArrayBuffer}} InputFile */
+/** Returns the bytes of a file by its name in another one; or else, where it is the only one, by its ending.
+ * @typedef {(name: string, ending?: RegExp) => Uint8Array | null} Find */
+/** A material of a file: sRGB in [0, 1]. A missing color, image, or file of an image is null.
+ * @typedef {{color: number[] | null, image: {name: string, bytes: Uint8Array | null} | null}} FoundMaterial */
+/** What the reader of a format returns. Its indices are not checked. normals: of vertices, or of corners by normalOf;
+ * tints: of vertices; uv: of corners; material: of faces; isProduct: whether tints, colors and images multiply; meshes:
+ * their number.
+ * @typedef {{vertices: Float64Array, faces: Uint32Array, normals?: Float64Array | null, normalOf?: Int32Array,
+ *     tints?: Float32Array | null, uv?: Float32Array | null, material?: Uint16Array | null,
+ *     materials?: FoundMaterial[], isProduct?: boolean, notes?: string[], meshes?: number}} Parsed */
+/** Normals of any length (3 N), and the one of each corner of faces (3 F).
+ * @typedef {{values: Float64Array | Float32Array, index: Uint32Array | Int32Array}} CornerNormals */
+/** sRGB in [0, 1]: of vertices (3 V); uv: of the corners of faces (6 F); material: of faces (F), null where all have
+ * the first; pixels: RGBA.
+ * @typedef {{width: number, height: number, pixels: Uint8ClampedArray}} Picture
+ * @typedef {{vertex: Float32Array | null, uv: Float32Array | null, material: Uint16Array | null,
+ *     materials: {color: number[], image: Picture | null}[]}} ShapeColors */
+/** A shape of a file. Vertices (3 V) at one place are one vertex, and polygons are triangles (3 F); a cloud has no
+ * faces, but unit vectors (3 V). notes: lines for the visitor.
+ * @typedef {{name: string, vertices: Float64Array, faces: Uint32Array, normals: CornerNormals | null,
+ *     cloudNormals: Float64Array | null, colors: ShapeColors | null, notes: string[], up: "y" | null}} ReadShape */
+
+/** @type {Record<string, (bytes: Uint8Array, find: Find) => Parsed>} */
 const PARSERS = {obj: parseObj, ply: parsePly, stl: parseStl, glb: parseGlb, gltf: parseGlb, xyz: parseXyz};
 const MOST_BYTES = 2 ** 29, MOST_NOTES = 8;
 
-// Reads the shape of files that were dropped together: [{name, path, bytes: ArrayBuffer}]. Throws MeshError. Returns
-// {name: of its file, vertices: Float64Array (3 V), faces: Uint32Array (3 F), normals, cloudNormals: unit vectors of a
-// cloud, which has no faces, Float64Array (3 V), or null; colors, notes: lines for the visitor, up: "y" or null}.
-// Vertices at one place are one vertex, and polygons are triangles. normals is null or those of the file at the corners
-// of faces, {values: Float64Array (3 N) of any length, index: (3 F)}. colors is null or {vertex: (3 V) or null, uv:
-// Float32Array (6 F) at the corners of faces or null, material: Uint16Array (F), or null where all faces have the
-// first, materials: [{color: [r, g, b], image: {width, height, pixels: RGBA} or null}]}; colors are sRGB in [0, 1].
+/** Reads the shape of files that were dropped together. Throws MeshError.
+ * @param {InputFile[]} files @returns {Promise<ReadShape>} */
 export async function readShape(files) {
     const shapes = files.filter(({name}) => Object.hasOwn(PARSERS, endingOf(name)))
         .sort((a, b) => b.bytes.byteLength - a.bytes.byteLength);
@@ -31,7 +52,8 @@ export async function readShape(files) {
     const normals = parsed.normals && !isCloud
         ? {values: parsed.normals, index: parsed.normalOf ?? parsed.faces.slice()} :
         null;
-    const shape = isCloud ? cleanCloud(parsed) : mergedMesh(parsed);
+    /** @type {{vertices: Float64Array, normals?: Float64Array, tints?: Float32Array | null, notes?: string[]}} */
+    const shape = isCloud ? cleanCloud(/** @type {Points} */ (parsed)) : mergedMesh(parsed);
     notes.push(...shape.notes ?? []);
     const colors = await colorsOf({...parsed, tints: shape.tints}, files, notes);
     return {
@@ -46,15 +68,13 @@ export async function readShape(files) {
     };
 }
 
-// Returns what the format's reader returns: {vertices: Float64Array, faces: Uint32Array; normals: Float64Array (of
-// vertices), or of the corners by their indices normalOf; tints: Float32Array (of vertices); uv: Float32Array (of
-// corners), material: Uint16Array (of faces), materials: [{color, image: {name, bytes}}], where a missing color, image
-// or bytes is null; isProduct: whether tints, colors and images multiply; notes; meshes: their number}. All but vertices
-// and faces may be missing. Its indices are not checked.
-// find: returns the bytes of a file by its name, or null.
+/** @param {string} name @param {ArrayBuffer | null} buffer @param {Find} find */
 function parsedShape(name, buffer, find) {
     const ending = endingOf(name);
-    demand(Object.hasOwn(PARSERS, ending), "not a mesh or a cloud that this page reads: OBJ, PLY, STL, GLB or XYZ");
+    demand(
+        buffer && Object.hasOwn(PARSERS, ending),
+        "not a mesh or a cloud that this page reads: OBJ, PLY, STL, GLB or XYZ",
+    );
     demand(buffer.byteLength <= MOST_BYTES, `over 512 MB; train it with: mplicits train ${shownName(name)}`);
     try {
         return PARSERS[ending](new Uint8Array(buffer), find);
@@ -64,13 +84,12 @@ function parsedShape(name, buffer, find) {
     }
 }
 
-const endingOf = (name) => name.slice(name.lastIndexOf(".") + 1).toLowerCase();
+const endingOf = (/** @type {string} */ name) => name.slice(name.lastIndexOf(".") + 1).toLowerCase();
 
-// Returns a function that finds a file by a name in another one: by its path, or else by its base name; or else, where
-// it is the only one, by its ending.
+/** Finds a file by its path, or else by its base name. @param {InputFile[]} files @returns {Find} */
 function finderOf(files) {
-    const plain = (path) => path.replaceAll("\\", "/").replace(/^(\.?\/)+/, "").toLowerCase();
-    return (asked, ending = null) => {
+    const plain = (/** @type {string} */ path) => path.replaceAll("\\", "/").replace(/^(\.?\/)+/, "").toLowerCase();
+    return (asked, ending) => {
         const path = plain(asked), base = path.slice(path.lastIndexOf("/") + 1);
         const same = files.filter(({name}) => name.toLowerCase() === base);
         const alike = same.length || !ending ? [] : files.filter(({name}) => ending.test(name));
@@ -80,7 +99,7 @@ function finderOf(files) {
     };
 }
 
-// Merges vertices at one place; the first keeps its color. Writes the new indices to faces.
+/** Merges vertices at one place; the first keeps its color. Writes the new indices to faces. @param {Parsed} parsed */
 function mergedMesh({vertices, faces, tints = null}) {
     const cell = SAME * extent(vertices, faces) || 1, first = firstEqual(vertices.map((c) => Math.round(c / cell)));
     const count = vertices.length / 3, numbers = new Uint32Array(count); // new index + 1
@@ -94,7 +113,7 @@ function mergedMesh({vertices, faces, tints = null}) {
                 const number = vertices[3 * from + k];
                 demand(Math.abs(number) <= HUGE, "has coordinates that are not finite, or huge");
                 points[3 * kept + k] = number;
-                if (tints) colors[3 * kept + k] = tints[3 * from + k];
+                if (tints && colors) colors[3 * kept + k] = tints[3 * from + k];
             }
             numbers[from] = ++kept;
         }
@@ -103,7 +122,8 @@ function mergedMesh({vertices, faces, tints = null}) {
     return {vertices: points.slice(0, 3 * kept), tints: colors && colors.slice(0, 3 * kept)};
 }
 
-// Returns the longest side of the box around the vertices of faces.
+/** Returns the longest side of the box around the vertices of faces.
+ * @param {Float64Array} vertices @param {Uint32Array} faces */
 function extent(vertices, faces) {
     const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
     for (const index of faces) {
@@ -116,20 +136,23 @@ function extent(vertices, faces) {
     return Math.max(...low.map((least, k) => high[k] - least));
 }
 
+/** @param {Parsed} parsed @param {string} name */
 function demandNormals({vertices, normals}, name) {
     demand(vertices.length, "the mesh is empty; a shape needs triangles, or points with normals");
     const hasNormals = normals?.some((c) => c !== 0);
     demand(hasNormals, `a point cloud without normals; train it with: mplicits train ${shownName(name)}`);
 }
 
-// Returns a line that says what was read.
+/** Returns a line that says what was read.
+ * @param {Parsed} parsed @param {{vertices: Float64Array}} shape @param {ShapeColors | null} colors */
 function summary({faces, meshes = 1}, {vertices}, colors) {
+    /** @param {number} number @param {string} name */
     const count = (number, name) => `${number.toLocaleString("en")} ${name}`;
     const parts = meshes > 1 ? [count(meshes, "meshes")] : [];
     parts.push(faces.length ? count(faces.length / 3, "triangles") : count(vertices.length / 3, "points with normals"));
-    const images = new Set(colors?.materials.map(({image}) => image).filter(Boolean)), [{width, height} = {}] = images;
+    const images = new Set(colors?.materials.flatMap(({image}) => image ?? [])), [image] = images;
     if (images.size > 1) parts.push(count(images.size, "textures"));
-    else if (images.size) parts.push(`texture ${width} x ${height}`);
+    else if (images.size) parts.push(`texture ${image.width} x ${image.height}`);
     if (colors?.vertex) parts.push(`colors of ${faces.length ? "vertices" : "points"}`);
     else if (colors && !images.size) parts.push("colors of materials");
     return parts.join(", ");

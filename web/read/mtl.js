@@ -1,13 +1,15 @@
 import {TextReader} from "./text_reader.js";
 
-// Reads the materials of a Wavefront MTL file.
+/** A material of a Wavefront MTL file. color: Kd, sRGB; file: name of the image; scale, offset: of its coordinates.
+ * @typedef {{color: number[] | null, file: string | null, scale: number[], offset: number[]}} Material */
 const OPTION = /^-(?:(?:o|s|t|mm|bm|boost|texres)(?:\s+[-+.\de]+)+|(?:blendu|blendv|cc|clamp|imfchan|type)\s+\S+)\s+/;
 
-// Returns name -> {color, file, scale, offset}. color: Kd, sRGB, or null; file: name of the image, or null; scale,
-// offset: of its texture coordinates.
+/** Returns the materials of a file by their names. @param {Uint8Array} bytes */
 export function parseMtl(bytes) {
-    const text = new TextReader(bytes), materials = new Map();
-    let material = {};
+    const text = new TextReader(bytes);
+    /** @type {Map<string, Material>} */
+    const materials = new Map();
+    let material = /** @type {Material} */ ({});
     while (text.nextLine()) {
         const word = text.word().toLowerCase();
         if (word === "newmtl") {
@@ -23,8 +25,9 @@ export function parseMtl(bytes) {
     return materials;
 }
 
-// Returns {file, scale?, offset?} of a map: options, and a name that may have blanks.
+/** Parts a map's line: options, and a name that may have blanks. @param {string} line @returns {Partial<Material>} */
 function mapOf(line) {
+    /** @type {Partial<Material>} */
     const map = {};
     let found;
     while ((found = OPTION.exec(line))) {

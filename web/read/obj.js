@@ -2,18 +2,20 @@ import {cornerCoordinates, demand, Growing, shownName, unitColors} from "./mesh_
 import {parseMtl} from "./mtl.js";
 import {Polygons} from "./polygons.js";
 import {TextReader} from "./text_reader.js";
+/** @import {Find, Parsed} from "./mesh_file.js" */
+/** @import {Material} from "./mtl.js" */
 
 // Reads a Wavefront OBJ file with its normals and materials, and with colors behind the vertices' coordinates.
 const V = 118, T = 116, N = 110, F = 102, U = 117, M = 109, SLASH = 47, BLANK = 32;
 const MOST_MATERIALS = 65_000;
 
-// Returns what parsedShape (mesh_file.js) describes.
+/** @param {Uint8Array} bytes @param {Find} find @returns {Parsed} */
 export function parseObj(bytes, find) {
     const text = new TextReader(bytes), points = new Growing(Float64Array), tints = new Growing(Float32Array);
     const table = new Growing(Float32Array), normals = new Growing(Float64Array), polygons = new Polygons();
-    const names = new Map(), libraries = [];
+    const names = new Map(), libraries = /** @type {string[]} */ ([]);
     let material = 0;
-    const use = (name) => {
+    const use = (/** @type {string} */ name) => {
         if (!names.has(name)) names.set(name, names.size);
         demand(names.size <= MOST_MATERIALS, "too many materials");
         material = names.get(name);
@@ -61,6 +63,7 @@ export function parseObj(bytes, find) {
     };
 }
 
+/** @param {TextReader} text @param {Growing<Float64Array>} points @param {Growing<Float32Array>} tints */
 function addVertex(text, points, tints) {
     for (let k = 0; k < 3; ++k) {
         const number = text.number();
@@ -74,7 +77,9 @@ function addVertex(text, points, tints) {
     for (const c of [r, g, b]) tints.push(c);
 }
 
-// Adds a polygon of corners such as 3, 3/1, 3//2, 3/1/2; -1 is the last vertex so far.
+/** Adds a polygon of corners such as 3, 3/1, 3//2, 3/1/2; -1 is the last vertex so far.
+ * @param {TextReader} text @param {number} count @param {number} places @param {number} normals sizes of the tables
+ * @param {Polygons} polygons */
 function addFace(text, count, places, normals, polygons) {
     const {bytes} = text;
     while (text.peek()) {
@@ -83,6 +88,7 @@ function addFace(text, count, places, normals, polygons) {
             text.at = start;
             demand(false, `line ${text.line}: '${text.word().slice(0, 20)}' names no vertex`);
         }
+        /** @type {[number, number]} */
         const more = [-1, -1]; // places in both tables
         for (let k = 0; k < 2 && bytes[text.at] === SLASH; ++k) {
             ++text.at;
@@ -93,8 +99,9 @@ function addFace(text, count, places, normals, polygons) {
     }
 }
 
-// Returns {materials, notes} of names of materials.
+/** Returns the materials of some names. @param {string[]} names @param {string[]} libraries @param {Find} find */
 function materialsOf(names, libraries, find) {
+    /** @type {Map<string, Material>} */
     const known = new Map(), notes = [];
     for (const library of libraries.length ? libraries.slice(0, 100) : [""]) {
         const bytes = find(library, /\.mtl$/i);
@@ -103,7 +110,7 @@ function materialsOf(names, libraries, find) {
     }
     const materials = names.map((name) => {
         const {color = null, file = null, scale = [1, 1], offset = [0, 0]} = known.get(name) ?? {};
-        return {color, image: file && {name: file, bytes: find(file)}, scale, offset};
+        return {color, image: file ? {name: file, bytes: find(file)} : null, scale, offset};
     });
     return {materials, notes};
 }

@@ -3,17 +3,24 @@ import {demand, demandFew, unitColors} from "./mesh_parts.js";
 import {FaceReader, STRIPS} from "./ply_faces.js";
 import {chosenProperties, colorScale, GROUPS, plyHeader} from "./ply_header.js";
 import {TextReader} from "./text_reader.js";
+/** @import {NumberType} from "./binary.js" */
+/** @import {Find, Parsed} from "./mesh_file.js" */
+/** @import {Property} from "./ply_header.js" */
 
 // Reads a PLY file: a mesh or a cloud, text or binary in either order of bytes.
 
-// Returns what parsedShape (mesh_file.js) describes.
+/** What vertices have. table: texture coordinates.
+ * @typedef {{vertices: Float64Array, normals?: Float64Array, tints?: Float32Array, table?: Float32Array}}
+ *     VertexArrays */
+
+/** @param {Uint8Array} bytes @param {Find} find @returns {Parsed} */
 export function parsePly(bytes, find) {
     const {elements, encoding, textures, start} = plyHeader(bytes), faces = new FaceReader();
     const isText = encoding === "ascii",
         source = isText ?
             new TextReader(bytes, start)
             : new BinaryNumbers(bytes, start, encoding === "binary_little_endian");
-    let shape = {};
+    let shape = /** @type {VertexArrays} */ ({});
     for (const {name, count, properties} of elements) {
         const least = properties.reduce((sum, {type, list}) => sum + (isText ? 2 : SIZES[list ?? type]), 0);
         demand(count * least <= bytes.length + 1, "a count does not fit the file");
@@ -36,8 +43,10 @@ export function parsePly(bytes, find) {
     return {...shape, tints: shape.tints && unitColors(shape.tints), ...faces.result(shape, textures, find)};
 }
 
-// Gives properties places in arrays, {vertices, normals, tints, table}, and returns those that the file has.
+/** Gives properties places in arrays, and returns those that the file has.
+ * @param {Property[]} properties @param {number} count */
 function vertexArrays(properties, count) {
+    /** @type {Record<string, Float64Array | Float32Array>} */
     const arrays = {};
     demand(!properties.some(({name}) => name === "packed_position"), "compressed Gaussian splats, not a surface");
     for (const [group, choices] of Object.entries(GROUPS)) {
@@ -51,15 +60,19 @@ function vertexArrays(properties, count) {
             Object.assign(property, {to: arrays[group], width: found.length, place, scale});
         });
     }
-    return arrays;
+    return /** @type {VertexArrays} */ (arrays);
 }
 
 // The numbers of binary data. Throws RangeError at the end.
 class BinaryNumbers {
+    /** @param {Uint8Array} bytes @param {number} start @param {boolean} isLittle */
     constructor(bytes, start, isLittle) {
-        Object.assign(this, {view: viewOf(bytes), at: start, isLittle});
+        this.view = viewOf(bytes);
+        this.at = start;
+        this.isLittle = isLittle;
     }
 
+    /** @param {NumberType} type */
     next(type) {
         const value = numberAt(this.view, type, this.at, this.isLittle);
         this.at += SIZES[type];

@@ -1,6 +1,10 @@
 import {cornerCoordinates, Growing, unitColors} from "./mesh_parts.js";
 import {chosenProperties, colorScale, GROUPS} from "./ply_header.js";
 import {Polygons} from "./polygons.js";
+/** @import {NumberType} from "./binary.js" */
+/** @import {Find, FoundMaterial} from "./mesh_file.js" */
+/** @import {VertexArrays} from "./ply.js" */
+/** @import {List, Property} from "./ply_header.js" */
 
 // The faces or strips of a PLY file, with their texture coordinates and colors.
 const CORNERS = ["vertex_indices", "vertex_index"];
@@ -17,6 +21,7 @@ export class FaceReader {
         this.colors = new Map();
     }
 
+    /** @param {Property[]} properties @param {boolean} isStrip */
     begin(properties, isStrip) {
         const colors = chosenProperties(properties, GROUPS.tints);
         const [number] = chosenProperties(properties, ["texnumber"]) ?? [];
@@ -28,7 +33,7 @@ export class FaceReader {
         this.isStrip = isStrip;
     }
 
-    // Reads a list of a row.
+    /** Reads a list of a row. @param {{next: (type: NumberType) => number}} source @param {List} property */
     read(source, {name, type, list}) {
         const count = source.next(list), isCorners = CORNERS.includes(name);
         const to = isCorners ? this.corners : name === "texcoord" ? this.wedges : null;
@@ -63,8 +68,11 @@ export class FaceReader {
         return this.colors.get(key).index;
     }
 
-    // Returns {faces, uv, material, materials} as parsedShape (mesh_file.js). vertices: coordinates; table: texture
-    // coordinates of the vertices, if any; textures: names of images.
+    /** Returns what the faces have of a Parsed shape (mesh_file.js).
+     * @param {{vertices?: Float64Array, table?: Float32Array}} arrays table: texture coordinates of the vertices
+     * @param {string[]} textures names of images @param {Find} find */
+    /** Returns what the faces have of a Parsed shape (mesh_file.js).
+     * @param {VertexArrays} arrays @param {string[]} textures names of images @param {Find} find */
     result({vertices, table}, textures, find) {
         const {polygons} = this, wedges = this.table.filled;
         polygons.cutEars(vertices);
@@ -76,7 +84,8 @@ export class FaceReader {
     }
 }
 
-// Adds the triangles of strips, which -1 parts. Every other triangle is turned; strips repeat a vertex to turn.
+/** Adds the triangles of strips, which -1 parts. Every other triangle is turned; strips repeat a vertex to turn.
+ * @param {Growing<Uint32Array>} corners @param {Polygons} polygons */
 function addStrip({array, size}, polygons) {
     for (let i = 0, start = 0; i < size; ++i) {
         if (array[i] === 2 ** 32 - 1) {

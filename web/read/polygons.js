@@ -12,10 +12,16 @@ export class Polygons {
         this.large = new Growing(Uint32Array); // first triangle and number of corners of polygons with over three
         this.checks = 0;
         this.normal = new Float64Array(3);
-        this.corners = 0;
+        this.corners = this.first = this.last = 0;
+        this.firstPlace = this.lastPlace = -1;
+        /** @type {number | null} */
+        this.firstNormal = null;
+        /** @type {number | null} */
+        this.lastNormal = null;
     }
 
-    // Adds a corner to the polygon. place, normal: in tables of texture coordinates and normals.
+    /** Adds a corner to the polygon. @param {number} vertex @param {number} place in a table of texture coordinates
+     * @param {number | null} normal in a table of normals */
     add(vertex, place = -1, normal = null) {
         if (this.corners === 0) {
             this.first = vertex;
@@ -32,6 +38,7 @@ export class Polygons {
         ++this.corners;
     }
 
+    /** @param {number} vertex @param {number} place @param {number | null} normal */
     push(vertex, place, normal) {
         this.vertices.push(vertex);
         this.places.push(place);
@@ -50,7 +57,7 @@ export class Polygons {
         this.corners = 0;
     }
 
-    // Cuts the concave polygons anew. points: coordinates of the vertices.
+    /** Cuts the concave polygons anew. @param {Float64Array} points coordinates of the vertices */
     cutEars(points) {
         const {array, size} = this.large;
         for (let i = 0; i < size && this.checks < MOST_CHECKS; i += 2) {
@@ -58,7 +65,8 @@ export class Polygons {
         }
     }
 
-    // Whether a triangle of the fan has a normal against that of the polygon, which is set.
+    /** Whether a triangle of the fan has a normal against that of the polygon, which is set.
+     * @param {number} first @param {number} count @param {Float64Array} points */
     isConcave(first, count, points) {
         const {normal} = this;
         let isAgainst = false;
@@ -84,6 +92,7 @@ export class Polygons {
         return isAgainst;
     }
 
+    /** @param {number} first @param {number} count @param {Float64Array} points */
     cut(first, count, points) {
         const [vertices, places, normals] = [this.vertices.array, this.places.array, this.normals.array];
         const ring = Array.from({length: count}, (_, k) => (k < 2 ? 3 * first + k : 3 * (first + k - 2) + 2));
@@ -99,12 +108,13 @@ export class Polygons {
         });
     }
 
-    // Returns the corners of triangles of a polygon.
+    /** Returns the corners of triangles of a polygon. @param {number[][]} flat */
     ears(flat) {
-        const left = flat.map((_, k) => k), found = [];
+        const left = flat.map((_, k) => k), found = /** @type {number[]} */ ([]);
         for (let k = 0, missed = 0; left.length > 3;) {
             k %= left.length;
-            const ear = [left.at(k - 1), left[k], left[(k + 1) % left.length]], isStuck = missed >= left.length;
+            const ear = [/** @type {number} */ (left.at(k - 1)), left[k], left[(k + 1) % left.length]],
+                isStuck = missed >= left.length;
             if (isStuck || this.isEar(flat, left, ear)) {
                 found.push(...ear);
                 left.splice(k, 1);
@@ -117,6 +127,7 @@ export class Polygons {
         return [...found, ...left];
     }
 
+    /** @param {number[][]} flat @param {number[]} left @param {number[]} ear */
     isEar(flat, left, ear) {
         const [a, b, c] = ear.map((k) => flat[k]), isConvex = turned(a, b, c) > 0;
         this.checks += isConvex ? left.length : 1;
@@ -127,6 +138,7 @@ export class Polygons {
     }
 }
 
-function turned(a, b, c) { // twice the signed area
+/** Returns twice the signed area of a triangle. @param {number[]} a @param {number[]} b @param {number[]} c */
+function turned(a, b, c) {
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
 }

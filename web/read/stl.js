@@ -5,6 +5,7 @@ import {TextReader} from "./text_reader.js";
 // Reads a binary or text STL file: triangles without shared vertices.
 const VERTEX_LETTER = 118, LOWER_CASE = 32;
 
+/** @param {Uint8Array} bytes */
 export function parseStl(bytes) {
     const view = viewOf(bytes), count = bytes.length >= 84 ? view.getUint32(80, true) : Infinity;
     const left = bytes.length - 84 - 50 * count; // some programs add bytes, some begin with "solid"
@@ -13,6 +14,7 @@ export function parseStl(bytes) {
     return {vertices, faces: firstNumbers(Uint32Array, vertices.length / 3)};
 }
 
+/** @param {DataView} view @param {number} count */
 function binaryStl(view, count) {
     demandFew(count, "triangles");
     const vertices = new Float64Array(9 * count);
@@ -22,6 +24,7 @@ function binaryStl(view, count) {
     return vertices;
 }
 
+/** @param {Uint8Array} bytes */
 function textStl(bytes) {
     const text = new TextReader(bytes), numbers = new Growing(Float64Array);
     demand(text.nextLine() && text.word().toLowerCase() === "solid", "not an STL file, or a damaged one");

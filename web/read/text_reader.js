@@ -1,14 +1,14 @@
 import {decoded} from "./mesh_parts.js";
 
-// Reads words and numbers of a text file from its bytes, line by line, which is faster than strings and regular
-// expressions. A backslash at the end of a line joins the next line to it; # begins a comment.
 const TAB = 9, NEWLINE = 10, RETURN = 13, SPACE = 32, HASH = 35, PLUS = 43, MINUS = 45, POINT = 46, ZERO = 48, E = 101;
 const BACKSLASH = 92;
 const MOST = 1e300, POWERS = Float64Array.from({length: 309}, (_, i) => Number(`1e${i}`));
 const LONGEST_NUMBER = 1000;
 
+/** Reads words and numbers of a text file from its bytes, line by line, which is faster than strings and regular
+ * expressions. A backslash at the end of a line joins the next line to it; # begins a comment. */
 export class TextReader {
-    // bytes: Uint8Array; start: place of the first line.
+    /** @param {Uint8Array} bytes @param {number} start place of the first line */
     constructor(bytes, start = 0) {
         const isMarked = !start && bytes[0] === 0xef && bytes[1] === 0xbb && bytes[2] === 0xbf; // byte order mark
         this.bytes = bytes;
@@ -76,7 +76,8 @@ export class TextReader {
         }
         if (digits && (byte | 32) === E) {
             const isSmall = bytes[++at] === MINUS;
-            let exponent = 0, first = at += isSmall || bytes[at] === PLUS ? 1 : 0;
+            const first = at += isSmall || bytes[at] === PLUS ? 1 : 0;
+            let exponent = 0;
             for (byte = bytes[at]; byte >= ZERO && byte < ZERO + 10; byte = bytes[++at]) {
                 exponent = Math.min(10 * exponent + byte - ZERO, 10000);
             }
@@ -89,6 +90,7 @@ export class TextReader {
         return bytes[start] === MINUS ? -size : size;
     }
 
+    /** @param {number} start */
     slowNumber(start) {
         this.at = start;
         while (this.bytes[this.at] > SPACE) ++this.at;

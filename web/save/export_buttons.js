@@ -1,16 +1,22 @@
 import {saveFile} from "../view/controls.js";
 import {copyShadertoy} from "../view/current_model.js";
 
-// The ways to keep a trained shape. Each is a button that says its bytes as soon as they are known.
+/** A way to keep a trained shape. Its button says its bytes as soon as they are known. isQuick: it is made at once;
+ * isCopied: a text for the clipboard, not for a file; isAnew: each click makes it.
+ * @typedef {string | Blob | Uint8Array<ArrayBuffer>} Content
+ * @typedef {{id: string, label: string, title?: string, ending?: string, make: () => Content | Promise<Content>,
+ *     isQuick?: boolean, isCopied?: boolean, isAnew?: boolean, element?: undefined}} Saved */
+/** The same, or a control among the buttons. @typedef {Saved | {element: HTMLElement, id?: undefined}} Kind */
 
-// Fills a row with a button for each kind {id, label, title, ending, make, isQuick, isCopied}. make: returns a string, an
-// array of bytes or a Blob, or a promise of one; isQuick: it is made at once; isCopied: a text for the clipboard, not for
-// a file; isAnew: each click makes it. {element}: a control among the buttons. name: of the files. onSave: called with the kind's id. guarded: see studio.js.
+/** Fills a row with buttons.
+ * @param {HTMLElement} row @param {string} name of the files @param {Kind[]} kinds @param {(id: string) => void} onSave
+ * @param {(action: () => Promise<unknown>) => () => void} guarded see studio.js */
 export function showExports(row, name, kinds, onSave, guarded) {
     row.replaceChildren(...kinds.map((kind) => {
         if (kind.element) return kind.element;
         const button = document.createElement("button"),
-            {id, label, title = "", ending, make, isQuick, isCopied, isAnew} = kind;
+            {id, label, title = "", ending = "", make, isQuick, isCopied, isAnew} = kind;
+        /** @type {Promise<Content> | null} */
         let made = null;
         const content = () => (made ??= Promise.resolve().then(make).then((value) => {
             button.textContent = `${label} · ${readableSize(value)}`;
@@ -27,7 +33,7 @@ export function showExports(row, name, kinds, onSave, guarded) {
                 try {
                     const value = await content();
                     if (isCopied) {
-                        await copyShadertoy(value);
+                        await copyShadertoy(/** @type {string} */ (value));
                     } else {
                         saveFile(new Blob([value]), name, ending);
                     }
@@ -43,7 +49,8 @@ export function showExports(row, name, kinds, onSave, guarded) {
     }));
 }
 
+/** @param {Content} value */
 function readableSize(value) {
-    const bytes = value.size ?? value.byteLength ?? new Blob([value]).size;
+    const bytes = new Blob([value]).size;
     return bytes < 1e6 ? `${(bytes / 1000).toFixed(1)} kB` : `${(bytes / 1e6).toFixed(1)} MB`;
 }

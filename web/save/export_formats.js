@@ -9,28 +9,30 @@ import {renderer} from "../view/view.js";
 import {canWritePage, pageText} from "./page_export.js";
 import {posterOf} from "./poster.js";
 import {tinyText} from "./tiny_export.js";
+/** @import {Result, StageShape} from "../stage/state.js" */
+/** @import {Kind} from "./export_buttons.js" */
 
-// What a trained shape can be saved as.
-
-// Returns kinds for showExports (export_buttons.js). shape, result: see state.js; model: of trainedModel(), with its ground;
-// video: returns a promise of a WebM Blob.
+/** Returns what a result can be saved as. @param {StageShape} shape @param {Result} result @param {ShownModel} model
+ * @param {() => Promise<Blob>} video @returns {Kind[]} */
 export function kindsOf(shape, result, model, video) {
     const hash = hashOf(result.bytes.buffer);
+    /** @type {Promise<string> | null} */
     let text = null;
     const shadertoy = async () => (text ??= shadertoyText(model, await hash));
     const poster = () => renderer.device.unlessLost(posterOf(renderer, facts.shade));
     const page = async () => pageText(result.bytes, model.ground, facts.shade, await poster());
-    const mesh = (format) => async () => {
+    const mesh = (/** @type {string} */ format) => async () => {
         await loadTeam(shape);
         const {bytes} = await shape.team.ask(0, "mesh", {
             format,
             levels: result.levels.map(asQuestion),
-            texture: result.texture && asQuestion(result.texture),
+            texture: result.texture && asQuestion(/** @type {TrainedLevel} */ (result.texture)),
             triangles: Number(element("detail").value),
             place: {center: shape.center, scale: shape.scale},
         });
         return bytes;
     };
+    /** @type {Kind[]} */
     const kinds = [
         {
             id: "download",

@@ -1,20 +1,26 @@
-// Lists the files of a drop, those in folders too.
 const MOST = 1000; // files
 
-// transfer: of a drop event, and only during it. Resolves to File objects with `path`, from the dropped folder on.
+/** Resolves to the files of a drop, those in folders too; path: from the dropped folder on.
+ * @param {DataTransfer} transfer of a drop event, and only during it
+ * @returns {Promise<(File & {path?: string})[]>} */
 export async function filesOfDrop(transfer) {
-    const entries = [...transfer.items].map((item) => item.webkitGetAsEntry?.()).filter(Boolean);
+    const entries = [...transfer.items].flatMap((item) => item.webkitGetAsEntry?.() ?? []);
     if (!entries.some(({isDirectory}) => isDirectory)) return [...transfer.files];
-    const files = [], pending = entries, asked = (ask) => new Promise(ask);
+    const files = [], pending = entries;
+    /** @template T @param {(yes: (value: T) => void, no: (error: DOMException) => void) => void} ask
+     * @returns {Promise<T>} */
+    const asked = (ask) => new Promise(ask);
     while (pending.length && files.length < MOST) {
-        const entry = pending.shift();
+        const entry = /** @type {FileSystemFileEntry & FileSystemDirectoryEntry} */ (pending.shift());
         if (entry.isFile) {
-            files.push(Object.assign(await asked((yes, no) => entry.file(yes, no)), {path: entry.fullPath}));
+            const file = await asked(entry.file.bind(entry));
+            files.push(Object.assign(file, {path: entry.fullPath}));
             continue;
         }
         const reader = entry.createReader(); // hands out some entries at a time, and none at the end
-        for (let some = [0]; some.length && pending.length < MOST;) {
-            some = await asked((yes, no) => reader.readEntries(yes, no));
+        for (let isMore = true; isMore && pending.length < MOST;) {
+            const some = await asked(reader.readEntries.bind(reader));
+            isMore = some.length > 0;
             pending.push(...some);
         }
     }

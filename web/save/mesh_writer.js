@@ -1,8 +1,8 @@
 import {linear} from "../read/surface_colors.js";
+/** @import {fieldMesh} from "./field_mesh.js" */
+/** @typedef {ReturnType<typeof fieldMesh>} Mesh */
 
-// Writes meshes {vertices, normals, faces, colors} of fieldMesh() as files. colors: sRGB in [0, 1], or null.
-
-// Returns the bytes of a binary PLY file.
+/** Returns the bytes of a binary PLY file. @param {Mesh} mesh */
 export function plyBytes({vertices, normals, faces, colors}) {
     const names = ["x", "y", "z", "nx", "ny", "nz"].map((name) => `property float ${name}\n`);
     if (colors) names.push(...["red", "green", "blue"].map((name) => `property uchar ${name}\n`));
@@ -28,8 +28,9 @@ export function plyBytes({vertices, normals, faces, colors}) {
     return file;
 }
 
-// Returns the bytes of a binary glTF 2.0 file.
+/** Returns the bytes of a binary glTF 2.0 file. @param {Mesh} mesh */
 export function glbBytes({vertices, normals, faces, colors}) {
+    /** @type {(Float32Array | Uint32Array | Uint8Array)[]} */
     const parts = [vertices, normals, faces], count = vertices.length / 3;
     if (colors)
         parts.push(Uint8Array.from({length: 4 * count}, (_, i) => (
@@ -67,6 +68,7 @@ export function glbBytes({vertices, normals, faces, colors}) {
     return file;
 }
 
+/** @param {Float32Array} vertices @param {number} k @param {(a: number, b: number) => number} choose */
 function extreme(vertices, k, choose) {
     let found = vertices[k];
     for (let i = k; i < vertices.length; i += 3) found = choose(found, vertices[i]);

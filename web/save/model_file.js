@@ -1,11 +1,13 @@
 import {layersOf} from "../kernel/layers.js";
 import {DEFAULT_STEP_BOUND, FIRST_ITERATIONS, ITERATIONS} from "../model/constants.js";
 import {turned} from "../model/orientation.js";
+/** @import {KernelWeights} from "../kernel/layers.js" */
+/** @import {FileShape} from "../stage/state.js" */
 
-// Returns the model of a training in the form of parseModel (safetensors.js). shape: {name, up, front}, as of modelFile.
-// trained: {levels, texture} of trainShape, or networks of this moment.
+/** Returns the model of a training. @param {Pick<FileShape, "name" | "up" | "front">} shape
+ * @param {Moment} trained @returns {Model} */
 export function trainedModel({name, up = "y", front = null}, {levels, texture = null}) {
-    const upright = (network) =>
+    const upright = (/** @type {KernelWeights} */ network) =>
         layersOf(network).map((layer, j) => (
             j ? layer : {...layer, weight: turned(layer.weight, up)}
         ));
@@ -30,17 +32,23 @@ export function trainedModel({name, up = "y", front = null}, {levels, texture = 
 }
 
 // Writes a model file (docs/format.md).
+/** A training's networks of this moment. @typedef {{
+ *     levels: (KernelWeights & {delta: number, stepBound?: number, bandStepBound?: number})[],
+ *     texture?: KernelWeights | null}} Moment */
 
-// Returns the bytes of the file. shape: {name, center, scale, up, front}: input space = model space * scale + center
-// before the turn to y up; front: as parseModel, or null. trained: of trainShape. provenance: a JSON object.
+/** Returns the bytes of the file. shape: before the turn to y up.
+ * @param {FileShape} shape @param {Trained} trained @param {object} provenance */
 export function modelFile(shape, trained, provenance) {
-    const header = {}, parts = [], {name, center, scale, up = "y", front = null} = shape;
+    const header = /** @type {Record<string, object>} */ ({}), parts = /** @type {Float32Array[]} */ ([]);
+    const {name, center, scale, up = "y", front = null} = shape;
     const {levels, texture} = trainedModel(shape, trained);
     let end = 0;
+    /** @param {string} key @param {number[]} size @param {Float32Array} values */
     const add = (key, size, values) => {
         header[key] = {dtype: "F32", shape: size, data_offsets: [end, end += 4 * values.length]};
         parts.push(values);
     };
+    /** @param {string} key @param {Network} network */
     const addNetwork = (key, network) =>
         network.forEach(({rows, columns, weight, bias}, j) => {
             add(`${key}.layer${j}.weight`, [rows, columns], weight);

@@ -4,21 +4,25 @@ import {lowered, widest} from "../print/lower_model.js";
 import {probes} from "../print/reference.js";
 
 // Writes the page of a model from this page's own text, which a packed page keeps (Parts of web/document.py).
+// deno-lint-ignore no-control-regex -- marks that no text has
 const STUDIO_PARTS = /\x01[st][\d,]+\x01/g;
 const NO_PICTURE = "data:,", MARK = "\x01";
 
 export const canWritePage = Boolean(globalThis.packedPage);
 
-// Resolves to the HTML of the packed page, as `mplicits bake --target html` would write it. bytes: Uint8Array, a model
-// file. ground: height of the lowest point; shade: first shading; poster: of posterOf (poster.js). Throws ModelError.
+/** Resolves to the HTML of the packed page, as `mplicits bake --target html` would write it. Throws ModelError.
+ * @param {Uint8Array<ArrayBuffer>} bytes a model file @param {number} ground height of the lowest point
+ * @param {string} shade first shading @param {string} poster of posterOf (poster.js) */
 export async function pageText(bytes, ground, shade, poster = NO_PICTURE) {
     const {viewer} = facts.studio, model = parseModel(bytes.slice().buffer, true);
-    const parsed = (text) => new DOMParser().parseFromString(text, "text/html");
+    const parsed = (/** @type {string} */ text) => new DOMParser().parseFromString(text, "text/html");
     const outer = parsed(packedPage.outer), page = parsed(packedPage.html.replace(STUDIO_PARTS, ""));
-    const policy = outer.querySelector("meta[http-equiv]");
-    policy.content = policy.content.replace(new RegExp(` \\S+${viewer.policy}`), ""); // with the hash of the studio's script
-    outer.querySelector('meta[property="og:title"]').content = model.name.replaceAll(MARK, "");
-    outer.querySelector("meta[name=description]").content = viewer.description;
+    /** @param {string} attribute @returns {HTMLMetaElement} */
+    const meta = (attribute) => /** @type {HTMLMetaElement} */ (outer.querySelector(`meta[${attribute}]`));
+    const policy = meta("http-equiv"), studio = new RegExp(` \\S+${viewer.policy}`); // with the hash of its script
+    policy.content = policy.content.replace(studio, "");
+    meta('property="og:title"').content = model.name.replaceAll(MARK, "");
+    meta("name=description").content = viewer.description;
     for (const one of [outer, page]) {
         const picture = one.getElementById("poster");
         one.title = model.name.replaceAll(MARK, "");
@@ -38,9 +42,11 @@ export async function pageText(bytes, ground, shade, poster = NO_PICTURE) {
     return written(outer);
 }
 
+/** @param {Document} page */
 const written = (page) => `<!doctype html>\n${page.documentElement.outerHTML}\n`;
 
-// Resolves to the facts of web/page.py. Their hash is that of the file, and empty where the browser offers none.
+/** Resolves to the facts of web/page.py. Their hash is that of the file, and empty where the browser offers none.
+ * @param {ShownModel} model @param {Uint8Array<ArrayBuffer>} bytes @param {string} shade */
 async function factsOf(model, bytes, shade) {
     const {mplicits, target} = facts, {name, front, credit, levels} = model, {values, texture} = lowered(model);
     const narrowest = Math.min(...[...values, ...(texture ? [texture] : [])].map(widest));
@@ -61,7 +67,7 @@ async function factsOf(model, bytes, shade) {
     };
 }
 
-// Resolves to a blob's deflate stream as text of base 124, which view/packed.html reads.
+/** Resolves to a blob's deflate stream as text of base 124, which view/packed.html reads. @param {Blob} blob */
 export async function packed124(blob) {
     const stream = blob.stream().pipeThrough(new CompressionStream("deflate-raw"));
     const data = new Uint8Array(await new Response(stream).arrayBuffer());
@@ -70,8 +76,8 @@ export async function packed124(blob) {
         const group = data.subarray(i, i + 869), digits = [];
         let value = BigInt("0x" + Array.from(group, (byte) => byte.toString(16).padStart(2, "0")).join(""));
         for (let k = Math.ceil(group.length * 1000 / 869); k > 0; --k) {
-            const code = Number(value % 124n) + 1, later = code + (code > 12);
-            digits.push(String.fromCharCode(later + (later > 59)));
+            const code = Number(value % 124n) + 1, later = code + Number(code > 12);
+            digits.push(String.fromCharCode(later + Number(later > 59)));
             value /= 124n;
         }
         text += digits.reverse().join("");

@@ -1,14 +1,17 @@
 import {homeOf} from "../draw/camera.js";
 import {uniforms} from "../draw/uniforms.js";
 import {shared} from "../model/facts.js";
+/** @import {Renderer} from "../draw/renderer.js" */
 
 // The small picture that an exported page shows before its first frame, as of web/page.py.
 const POSTER_SIDE = 160, POSTER_SAMPLES = 4, POSTER_QUALITY = 0.85;
 
-// Resolves to the first view of the renderer's model as a data URL, transparent beside the shape. "data:,": this device
-// cannot draw it.
+/** Resolves to the first view of the renderer's model as a data URL, transparent beside the shape. "data:,": this
+ * device cannot draw it. @param {Renderer} renderer @param {string} shading */
 export function posterOf({painter, variants, scene}, shading) {
-    const {device} = painter, {gl} = device, size = [POSTER_SIDE, POSTER_SIDE];
+    const {device} = painter, {gl} = device;
+    /** @type {[number, number]} */
+    const size = [POSTER_SIDE, POSTER_SIDE];
     return painter.exclusively(async () => {
         const {current} = variants;
         if (!device.half || !current || device.lost) return "data:,";
@@ -34,15 +37,15 @@ export function posterOf({painter, variants, scene}, shading) {
     });
 }
 
-// seen: linear light and coverage, bottom row first.
+/** @param {Float32Array} seen linear light and coverage, bottom row first */
 function pictureUrl(seen) {
     const canvas = Object.assign(document.createElement("canvas"), {width: POSTER_SIDE, height: POSTER_SIDE});
     const image = new ImageData(POSTER_SIDE, POSTER_SIDE), row = 4 * POSTER_SIDE;
-    const encoded = (c) => (c <= 0.0031308 ? 12.92 * c : 1.055 * c ** (1 / 2.4) - 0.055);
+    const encoded = (/** @type {number} */ c) => (c <= 0.0031308 ? 12.92 * c : 1.055 * c ** (1 / 2.4) - 0.055);
     seen.forEach((c, i) => {
         const at = seen.length - row - i + 2 * (i % row); // the rows in reverse
         image.data[at] = 255 * (i % 4 === 3 ? c : encoded(c));
     });
-    canvas.getContext("2d").putImageData(image, 0, 0);
+    canvas.getContext("2d")?.putImageData(image, 0, 0);
     return canvas.toDataURL("image/webp", POSTER_QUALITY);
 }

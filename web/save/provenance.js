@@ -1,9 +1,13 @@
-// Returns the record of a training for its model file, with the keys of `mplicits train`. shape, result: see state.js.
+/** @import {Result, StageShape} from "../stage/state.js" */
+
+/** Returns the record of a training for its model file, with the keys of `mplicits train`.
+ * @param {StageShape} shape @param {Result} result */
 export function provenanceOf({read: {name, facets}, crease}, {levels, texture, settings, seconds}) {
+    /** @param {TrainedNetwork} network @param {number} omega */
     const recordOf = ({layout: {width, depth}, steps, share, restarts, loss, seconds: spent}, omega) => (
         {network: `${width}x${depth}`, omega, steps, fraction: share, restarts, loss, seconds: Number(spent.toFixed(3))}
     );
-    const {meanF, distance = meanF, angle} = levels.at(-1);
+    const {meanF, distance = meanF, angle} = levels[levels.length - 1];
     return {
         made_by: "page",
         source: {file: name, ...(facets && crease !== null ? {crease} : {})},
@@ -17,6 +21,6 @@ export function provenanceOf({read: {name, facets}, crease}, {levels, texture, s
             flat: null,
             open: false,
         },
-        texture: texture && recordOf(texture, settings.omegas.at(-1)),
+        texture: texture && recordOf(texture, settings.omegas[settings.levels.length]),
     };
 }

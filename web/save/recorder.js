@@ -1,5 +1,6 @@
 import {TrainingError} from "../kernel/training_error.js";
 import {webm} from "./webm.js";
+/** @import {Block} from "./webm.js" */
 
 // A video of one turn as a WebM file. Its frames may take longer to draw than to show, so each gets its own time in the
 // file, by WebCodecs. A browser without that records in real time: slow drawing costs frames, not the right speed.
@@ -7,9 +8,12 @@ const CODECS = {V_VP9: "vp09.00.51.08", V_VP8: "vp8"};
 const BITS_PER_PIXEL = 0.15, KEY_FRAMES_APART = 1; // seconds
 const MOST_WAITING = 4; // frames that wait to be encoded
 
-// Returns a Blob. canvas: keeps its size; drawAt: draws the frame at a share of the turn, from 0 to 1, and resolves in
-// the task that drew it; tell: called with the share before each frame; "stop" ends the recording: returns null.
-// Throws TrainingError where the browser writes no video.
+/** drawAt: draws the frame at a share of the turn, from 0 to 1, and resolves in the task that drew it.
+ * @typedef {{seconds: number, fps: number, drawAt: (share: number) => Promise<unknown>}} Turn */
+/** Called with the share before each frame; "stop" ends the recording. @typedef {(share: number) => string} Tell */
+
+/** Resolves to a Blob, or null where it was stopped. Throws TrainingError where the browser writes no video.
+ * @param {HTMLCanvasElement} canvas keeps its size @param {Turn} turn @param {Tell} tell */
 export async function recordTurntable(canvas, {seconds, fps, drawAt}, tell) {
     const {width, height} = canvas, bitrate = Math.round(BITS_PER_PIXEL * width * height * fps);
     for (const [name, codec] of globalThis.VideoEncoder ? Object.entries(CODECS) : []) {
@@ -21,9 +25,11 @@ export async function recordTurntable(canvas, {seconds, fps, drawAt}, tell) {
     return recordedLive(canvas, {seconds, fps, drawAt}, bitrate, tell);
 }
 
-// Returns [{data: Uint8Array, time in milliseconds, isKey}], or null.
+/** @param {HTMLCanvasElement} canvas @param {VideoEncoderConfig & {framerate: number}} settings @param {number} count
+ * @param {Turn["drawAt"]} drawAt @param {Tell} tell */
 async function encodedFrames(canvas, settings, count, drawAt, tell) {
-    const blocks = [], fps = settings.framerate;
+    const blocks = /** @type {Block[]} */ ([]), fps = settings.framerate;
+    /** @type {Error | null} */
     let failure = null;
     const encoder = new VideoEncoder({
         output(chunk) {
@@ -53,8 +59,9 @@ async function encodedFrames(canvas, settings, count, drawAt, tell) {
     }
 }
 
+/** @param {HTMLCanvasElement} canvas @param {Turn} turn @param {number} bitrate @param {Tell} tell */
 async function recordedLive(canvas, {seconds, fps, drawAt}, bitrate, tell) {
-    const mimeType = "video/webm", parts = [];
+    const mimeType = "video/webm", parts = /** @type {Blob[]} */ ([]);
     if (!globalThis.MediaRecorder?.isTypeSupported(mimeType))
         throw new TrainingError("this browser writes no WebM video");
     const stream = canvas.captureStream(0), track = stream.getVideoTracks()[0];
@@ -70,7 +77,8 @@ async function recordedLive(canvas, {seconds, fps, drawAt}, bitrate, tell) {
     for (let share = 0; share < 1 && !isStopped; share = shareNow()) {
         isStopped = tell(share) === "stop";
         await drawAt(share);
-        (track.requestFrame ? track : stream).requestFrame(); // Firefox has it at the stream
+        const frames = /** @type {{requestFrame(): void}[]} */ (/** @type {unknown} */ ([track, stream]));
+        frames.find(({requestFrame}) => requestFrame)?.requestFrame(); // Firefox has it at the stream
         await passed(1000 * (seconds * (share - shareNow()) + 1 / fps));
     }
     recorder.stop();
@@ -78,6 +86,7 @@ async function recordedLive(canvas, {seconds, fps, drawAt}, bitrate, tell) {
     return isStopped ? null : new Blob(parts, {type: mimeType});
 }
 
+/** @param {number} milliseconds */
 function passed(milliseconds) {
     return new Promise((resolve) => {
         setTimeout(resolve, milliseconds);

@@ -1,12 +1,16 @@
 // Writes encoded frames as a WebM file (Matroska, RFC 9559). Its elements are named by their IDs.
 
-// Returns a Blob. blocks: of encodedFrames() in recorder.js, the first is a key frame; name: of the codec; duration: in
-// milliseconds.
+/** An encoded frame. time: in milliseconds. @typedef {{data: Uint8Array, time: number, isKey: boolean}} Block */
+
+/** Returns a Blob. @param {Block[]} blocks the first is a key frame
+ * @param {{name: string, width: number, height: number, duration: number}} video name: of the codec; duration: in
+ *     milliseconds */
 export function webm(blocks, {name, width, height, duration}) {
+    /** @type {Block[][]} */
     const clusters = []; // each begins with a key frame
     for (const block of blocks) {
-        if (block.isKey) clusters.push([]);
-        clusters.at(-1).push(block);
+        if (block.isKey) clusters.push([block]);
+        else clusters.at(-1)?.push(block);
     }
     const info = ebml("1549a966", [
         ebml("2ad7b1", whole(1e6)), // nanoseconds of a unit of time
@@ -30,7 +34,8 @@ export function webm(blocks, {name, width, height, duration}) {
             group.map((block) => simpleBlock(block, group[0].time)),
         ])
     );
-    const cues = (first) => { // places of the clusters, counted from the first element of the segment
+    // Places of the clusters, counted from the first element of the segment.
+    const cues = (/** @type {number} */ first) => {
         let at = first;
         return ebml(
             "1c53bb6b",
@@ -51,10 +56,11 @@ export function webm(blocks, {name, width, height, duration}) {
         ebml("4287", whole(4)),
         ebml("4285", whole(2)),
     ]);
-    const file = [head, ebml("18538067", [info, tracks, cues(before), packed])];
-    return new Blob(file.flat(Infinity), {type: "video/webm"});
+    const file = /** @type {unknown[]} */ ([head, ebml("18538067", [info, tracks, cues(before), packed])]);
+    return new Blob(/** @type {BlobPart[]} */ (file.flat(Infinity)), {type: "video/webm"});
 }
 
+/** @param {Block} block @param {number} start */
 function simpleBlock({data, time, isKey}, start) {
     const head = new Uint8Array(4);
     new DataView(head.buffer).setInt16(1, time - start);
@@ -63,29 +69,34 @@ function simpleBlock({data, time, isKey}, start) {
     return ebml("a3", [head, data]);
 }
 
-// Returns an element as nested lists of Uint8Array. Sizes and whole numbers take eight bytes each.
+/** Returns an element. Sizes and whole numbers take eight bytes each.
+ * @param {string} id @param {NestedBytes} content @returns {NestedBytes} */
 function ebml(id, content) {
     const size = whole(sizeOf(content));
     size[0] = 1;
-    return [Uint8Array.from(id.match(/../g), (byte) => Number.parseInt(byte, 16)), size, content];
+    return [Uint8Array.from(id.match(/../g) ?? [], (byte) => Number.parseInt(byte, 16)), size, content];
 }
 
+/** @param {NestedBytes} content @returns {number} */
 function sizeOf(content) {
-    return [content].flat(Infinity).reduce((sum, part) => sum + part.length, 0);
+    return content instanceof Uint8Array ? content.length : content.reduce((sum, part) => sum + sizeOf(part), 0);
 }
 
+/** @param {number} number */
 function whole(number) {
     const bytes = new Uint8Array(8);
     new DataView(bytes.buffer).setBigUint64(0, BigInt(number));
     return bytes;
 }
 
+/** @param {number} number */
 function real(number) {
     const bytes = new Uint8Array(8);
     new DataView(bytes.buffer).setFloat64(0, number);
     return bytes;
 }
 
+/** @param {string} text */
 function letters(text) {
     return new TextEncoder().encode(text);
 }

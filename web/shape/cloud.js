@@ -3,16 +3,19 @@ import {NEIGHBORS, OPEN, SIDEWAYS_OF_FOOT, SPREAD_OF_PLANES, TRUSTED, WIDTH} fro
 import {Neighbors} from "./neighbors.js";
 import {Surface} from "./surface.js";
 import {Winding} from "./winding.js";
+/** @import {ShapeColors} from "../read/mesh_file.js" */
+/** @import {Tree} from "./tree.js" */
 
-// A point cloud with normals in model space, to train on (trainer/shapes/cloud.py, planes.py): its distance comes from
-// the planes through the nearest points where these agree, and farther away from the nearest point.
-
+/** A point cloud with normals in model space, to train on (trainer/shapes/cloud.py, planes.py): its distance comes from
+ * the planes through the nearest points where these agree, and farther away from the nearest point. */
 export class CloudShape extends Surface {
-    // points: Float64Array (3 N), N at least 100, at different places; normals: unit vectors, Float64Array (3 N);
-    // colors: of readShape (mesh_file.js), or null.
+    /** @param {Float64Array} points (3 N), N at least 100, at different places
+     * @param {Float64Array} normals unit vectors (3 N) @param {ShapeColors | null} colors */
     constructor(points, normals, colors = null) {
         super();
-        Object.assign(this, {vertices: points, normals, colors: colors && colors.vertex});
+        this.vertices = points;
+        this.normals = normals;
+        this.colors = colors && colors.vertex;
         this.near = new Neighbors(points, NEIGHBORS + 1);
         const areas = this.areas();
         this.spacings = areas.map(Math.sqrt);
@@ -30,8 +33,8 @@ export class CloudShape extends Surface {
         });
     }
 
-    // Draws points, each equally often. Returns rows of samples with distance 0 and the points' normals. colors: an
-    // array for the points' colors, or null.
+    /** Draws points, each equally often. Returns rows of samples with distance 0 and the points' normals. colors: gets
+     * the points' colors. @param {number} count @param {() => number} random @param {Float32Array | null} colors */
     surface(count, random, colors = null) {
         const {vertices: points, normals} = this, rows = new Float32Array(SAMPLE * count);
         const order = Uint32Array.from({length: points.length / 3}, (_, i) => i);
@@ -43,13 +46,14 @@ export class CloudShape extends Surface {
             for (let k = 0; k < 3; ++k) {
                 rows[SAMPLE * i + k] = points[3 * point + k];
                 rows[SAMPLE * i + NORMAL + k] = normals[3 * point + k];
-                if (colors) colors[3 * i + k] = this.colors[3 * point + k];
+                if (colors && this.colors) colors[3 * i + k] = this.colors[3 * point + k];
             }
         }
         return rows;
     }
 
-    // Returns the signed distance of a place: NaN where the cloud does not define it.
+    /** Returns the signed distance of a place: NaN where the cloud does not define it.
+     * @param {number} x @param {number} y @param {number} z */
     distance(x, y, z) {
         const {near, spacings} = this;
         near.find(x, y, z, NEIGHBORS);
@@ -60,8 +64,9 @@ export class CloudShape extends Surface {
         return Math.abs(winding - 0.5) < OPEN ? NaN : winding > 0.5 ? -nearest : nearest;
     }
 
-    // Returns the mean distance to the planes of the nearest points, which `near` has found; NaN where they disagree.
-    // The normal of each is the mean of its point's and the blended normal, so that the bulge of a sphere cancels.
+    /** Returns the mean distance to the planes of the nearest points, which `near` has found; NaN where they disagree.
+     * The normal of each is the mean of its point's and the blended normal, so that the bulge of a sphere cancels.
+     * @param {number} x @param {number} y @param {number} z @param {number} spacing */
     toPlanes(x, y, z, spacing) {
         const {vertices: points, normals, weights, heights, near: {index, squared}} = this, n = 3 * index[0];
         const width = (WIDTH * spacing) ** 2;
@@ -90,8 +95,10 @@ export class CloudShape extends Surface {
     }
 }
 
-// The winding number of a cloud (Barill et al. 2018): its points are small discs. tree: with `areas` and `normals`.
+/** The winding number of a cloud (Barill et al. 2018): its points are small discs.
+ * @extends {Winding<Tree & {areas: Float64Array, normals: Float64Array}>} */
 class CloudWinding extends Winding {
+    /** @override @param {number} point */
     measure(point) {
         const {part, tree: {vertices, areas, normals}} = this;
         part[0] = areas[point];
@@ -101,7 +108,8 @@ class CloudWinding extends Winding {
         }
     }
 
-    // Returns the solid angle of discs of points.
+    /** Returns the solid angle of discs of points. @override
+     * @param {number} from @param {number} to @param {number} x @param {number} y @param {number} z */
     ofLeaf(from, to, x, y, z) {
         const {vertices: v, order, areas, normals: n} = this.tree;
         let angle = 0;

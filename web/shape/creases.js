@@ -2,13 +2,14 @@ import {LEAST_COSINE, SHARP, SHARPER} from "../model/constants.js";
 import {firstNumbers} from "../read/mesh_parts.js";
 import {nextHalf, partnersOf} from "./edges.js";
 import {crossProducts, meanNormals, toUnits} from "./face_normals.js";
+/** @import {CornerNormals} from "../read/mesh_file.js" */
 
 // Normals at the corners of faces: smooth across edges, except for creases (trainer/shapes/creases.py).
 const MOST_BESIDE = 1000; // edges at a vertex that are compared, so that a fan of many faces takes no square of them
 
-// Averages the normals of faces around each vertex, up to the next crease; uses the file's normals where they fit.
-// vertices: Float64Array (3 V); faces: Uint32Array (3 F). crease: least angle of a crease, degrees. own: the file's
-// normals, {values: (3 N) of any length, index: (3 F) of each corner}, or null. Returns {values: unit vectors, index}.
+/** Averages the normals of faces around each vertex, up to the next crease; uses the file's normals where they fit.
+ * Returns unit vectors. @param {Float64Array} vertices @param {Uint32Array} faces
+ * @param {number} crease least angle of a crease, degrees @param {CornerNormals | null} own the file's normals */
 export function cornerNormals(vertices, faces, crease, own) {
     const partners = partnersOf(faces, vertices.length / 3), products = crossProducts(vertices, faces);
     const normals = toUnits(products.slice());
@@ -30,14 +31,16 @@ export function cornerNormals(vertices, faces, crease, own) {
     return {values: joined(means, more, found), index};
 }
 
-// Returns a function that says whether a half edge with a partner is on a crease. An edge bends by the angle between
-// its faces' normals. It is a crease if it bends by more than `crease` and SHARPER times as much as the parallel edges
-// at the third corners of both faces. A coarse round part fails this test, since its edges bend alike.
+/** Returns a function that says whether a half edge with a partner is on a crease. An edge bends by the angle between
+ * its faces' normals. It is a crease if it bends by more than `crease` and SHARPER times as much as the parallel edges
+ * at the third corners of both faces. A coarse round part fails this test, since its edges bend alike.
+ * @param {Float64Array} v vertices @param {Uint32Array} faces @param {Int32Array} partners
+ * @param {Float64Array} normals @param {number} crease */
 function creaseFinder(v, faces, partners, normals, crease) {
     const radians = Math.PI / 180, limit = crease * radians, sharp = Math.max(crease, SHARP) * radians;
     const {starts, edges} = edgesAround(faces, partners, v.length / 3);
 
-    // Returns the cosine of the angle between two edges.
+    /** Returns the cosine of the angle between two edges. @param {number} one @param {number} other */
     function cosine(one, other) {
         let product = 0, mine = 0, theirs = 0;
         for (let k = 0; k < 3; ++k) {
@@ -50,7 +53,7 @@ function creaseFinder(v, faces, partners, normals, crease) {
         return product / (Math.sqrt(mine * theirs) || 1);
     }
 
-    // Returns the angle by which an edge bends; negative in a valley.
+    /** Returns the angle by which an edge bends; negative in a valley. @param {number} half */
     function bend(half) {
         const one = half - half % 3, other = partners[half] - partners[half] % 3;
         const start = 3 * faces[half], end = 3 * faces[nextHalf(half)];
@@ -61,6 +64,7 @@ function creaseFinder(v, faces, partners, normals, crease) {
         return Math.atan2(across / (Math.sqrt(x * x + y * y + z * z) || 1), a * d + b * e + c * f);
     }
 
+    /** @param {number} half @param {number} sign */
     function bendBeside(half, sign) {
         const start = faces[half], end = faces[nextHalf(half)];
         let most = 0;
@@ -75,16 +79,17 @@ function creaseFinder(v, faces, partners, normals, crease) {
         return most;
     }
 
-    return (half) => {
+    return (/** @type {number} */ half) => {
         const angle = bend(half), size = Math.abs(angle);
         return size > sharp || (size > limit && size > SHARPER * bendBeside(half, Math.sign(angle)));
     };
 }
 
-// Returns the edges with two faces at each vertex: {edges: half edges, starts: the first place of each vertex in them}.
+/** Returns the half edges with two faces at each vertex, and the first place of each vertex in them.
+ * @param {Uint32Array} faces @param {Int32Array} partners @param {number} count of vertices */
 function edgesAround(faces, partners, count) {
     const starts = new Uint32Array(count + 2), edges = new Uint32Array(faces.length);
-    const visit = (action) => {
+    const visit = (/** @type {(vertex: number, half: number) => void} */ action) => {
         for (let half = 0; half < faces.length; ++half) {
             if (partners[half] > half) { for (const end of [half, nextHalf(half)]) action(faces[end], half); }
         }
@@ -99,15 +104,15 @@ function edgesAround(faces, partners, count) {
     return {starts, edges};
 }
 
-// Groups the corners around each vertex, up to the next crease. Returns {index: Uint32Array (3 F), the group of each
-// corner, count}.
+/** Groups the corners around each vertex, up to the next crease. Returns the group of each corner (3 F).
+ * @param {Int32Array} partners @param {(half: number) => boolean} isCrease */
 function smoothGroups(partners, isCrease) {
     const index = firstNumbers(Uint32Array, partners.length); // of an earlier corner of the group, or of itself
-    const firstOf = (i) => {
+    const firstOf = (/** @type {number} */ i) => {
         while (index[i] !== i) i = index[i] = index[index[i]];
         return i;
     };
-    const join = (i, j) => {
+    const join = (/** @type {number} */ i, /** @type {number} */ j) => {
         const one = firstOf(i), other = firstOf(j);
         index[Math.max(one, other)] = Math.min(one, other);
     };
@@ -122,6 +127,7 @@ function smoothGroups(partners, isCrease) {
     return {index, count};
 }
 
+/** @param {...ArrayLike<number>} parts */
 function joined(...parts) {
     const whole = new Float64Array(parts.reduce((sum, {length}) => sum + length, 0));
     let at = 0;

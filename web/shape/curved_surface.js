@@ -2,16 +2,20 @@ import {ALONG_CREASE, CREASE_SINE_SQUARED, DECIMALS_OF_PLACES, MOST_CUTS, MOST_F
 import {firstEqual} from "../read/equal_points.js";
 import {nextHalf, partnersOf} from "./edges.js";
 import {crossProducts, meanNormals, toUnits} from "./face_normals.js";
+/** @import {CornerNormals} from "../read/mesh_file.js" */
 
 // The curved surface of a mesh (trainer/shapes/curved.py): each triangle becomes a point-normal triangle (Vlachos et
 // al. 2001), a cubic patch through its corners that is perpendicular to their normals, cut into flat facets. Neighbors
 // share the curve over their common edge; the curve of a crease runs along both of its sides.
 const UNITS = 10 ** DECIMALS_OF_PLACES; // positions and normals that agree in whole units are equal
 
-// Curves and cuts a mesh; a fine mesh keeps its faces. normals: of cornerNormals (creases.js). Returns facets:
-// {vertices: Float64Array (3 V), faces: Uint32Array (3 N), normals: of the surface, unit vectors, Float32Array,
-// normalOf: Uint32Array (3 N), the normal of each corner, cuts}. Those of face i begin at i cuts^2, in the order of
-// cutTriangle().
+/** Flat facets (3 N): vertices (3 V); normals of the surface, unit vectors; normalOf: each corner's. Those of face i
+ * begin at i cuts^2, in the order of cutTriangle().
+ * @typedef {{vertices: Float64Array, faces: Uint32Array, normals: Float32Array, normalOf: CornerNormals["index"],
+ *     cuts: number}} Facets */
+
+/** Curves and cuts a mesh; a fine mesh keeps its faces.
+ * @param {Float64Array} vertices @param {Uint32Array} faces @param {CornerNormals} normals @returns {Facets} */
 export function curvedFacets(vertices, faces, normals) {
     const count = faces.length / 3;
     const cuts = Math.min(MOST_CUTS, Math.max(1, Math.floor(Math.sqrt(MOST_FACETS / count))));
@@ -44,16 +48,18 @@ export function curvedFacets(vertices, faces, normals) {
     return {vertices: points, faces: facets, normals: own, normalOf: facets, cuts};
 }
 
-// Returns the faces of a mesh as facets.
+/** Returns the faces of a mesh as facets.
+ * @param {Float64Array} vertices @param {Uint32Array} faces @returns {Facets} */
 export function flatFacets(vertices, faces) {
     const normals = Float32Array.from(toUnits(crossProducts(vertices, faces)));
     return {vertices, faces, normals, normalOf: faces.map((_, i) => Math.floor(i / 3)), cuts: 1};
 }
 
-// Cuts a triangle. Returns {grid: barycentric coordinates of M places, Float64Array (3 M); corners: of the facets, their
-// places, (3 cuts^2)}.
+/** Cuts a triangle. Returns barycentric coordinates of M places (3 M), and the corners of the facets, their places
+ * (3 cuts^2). @param {number} cuts */
 export function cutTriangle(cuts) {
-    const grid = [], corners = [], down = [], place = (i, j) => i * (cuts + 1) - i * (i - 1) / 2 + j;
+    const grid = [], corners = [], down = [];
+    const place = (/** @type {number} */ i, /** @type {number} */ j) => i * (cuts + 1) - i * (i - 1) / 2 + j;
     for (let i = 0; i <= cuts; ++i) {
         for (let j = 0; j <= cuts - i; ++j) {
             grid.push((cuts - i - j) / cuts, i / cuts, j / cuts);
@@ -64,7 +70,9 @@ export function cutTriangle(cuts) {
     return {grid: Float64Array.from(grid), corners: [...corners, ...down]};
 }
 
-// Writes a weighted sum of vectors to an array. first: place of their weights.
+/** Writes a weighted sum of vectors to an array.
+ * @param {Float64Array} weights @param {number} first place of their weights
+ * @param {Float64Array} vectors @param {Float64Array} to @param {number} at */
 function blend(weights, first, vectors, to, at) {
     let x = 0, y = 0, z = 0;
     for (let k = 0; k < vectors.length; k += 3) {
@@ -78,8 +86,8 @@ function blend(weights, first, vectors, to, at) {
     to[at + 2] = z;
 }
 
-// Returns the cubic Bernstein polynomials at barycentric coordinates (3 M): of the corners, of two places on each edge,
-// and of the middle, a Float64Array (10 M).
+/** Returns the cubic Bernstein polynomials at barycentric coordinates (3 M): of the corners, of two places on each
+ * edge, and of the middle (10 M). @param {Float64Array} grid */
 function basisOf(grid) {
     const basis = [];
     for (let i = 0; i < grid.length; i += 3) {
@@ -91,9 +99,10 @@ function basisOf(grid) {
     return Float64Array.from(basis);
 }
 
-// Returns the two inner control points of the curve over each half edge, from its start to its end, a Float64Array with
-// six numbers for each. They lie a third along the edge, projected into the tangent plane of the nearer end; at a
-// crease, where both sides have different normals, onto the line in both planes.
+/** Returns the two inner control points of the curve over each half edge, from its start to its end, six numbers for
+ * each. They lie a third along the edge, projected into the tangent plane of the nearer end; at a crease, where both
+ * sides have different normals, onto the line in both planes.
+ * @param {Float64Array} vertices @param {Uint32Array} faces @param {CornerNormals} normals */
 function edgeControls(vertices, faces, {values, index}) {
     const partners = partnersOf(faces, vertices.length / 3), controls = new Float64Array(6 * faces.length);
     const edge = new Float64Array(3), moved = new Float64Array(3);
@@ -111,8 +120,9 @@ function edgeControls(vertices, faces, {values, index}) {
     return controls;
 }
 
-// Projects an edge into the plane of the mean of two normals, or onto the line in the planes of both. one, other: places
-// of the normals.
+/** Projects an edge into the plane of the mean of two normals, or onto the line in the planes of both.
+ * @param {Float64Array} edge @param {CornerNormals["values"]} normals @param {number} one @param {number} other
+ * @param {Float64Array} to */
 function toTangent([x, y, z], normals, one, other, to) {
     const a = normals[one], b = normals[one + 1], c = normals[one + 2];
     const d = normals[other], e = normals[other + 1], f = normals[other + 2];
@@ -130,8 +140,9 @@ function toTangent([x, y, z], normals, one, other, to) {
     to[2] = z - share * mz;
 }
 
-// Averages the facets' normals around each position. Mixed normals are not perpendicular to the patch; they separate
-// the sides of a crease. Returns normals of the vertices, a Float32Array (3 V).
+/** Averages the facets' normals around each position. Mixed normals are not perpendicular to the patch; they separate
+ * the sides of a crease. Returns normals of the vertices (3 V).
+ * @param {Float64Array} vertices @param {Uint32Array} facets @param {Float64Array} mixed */
 function ownNormals(vertices, facets, mixed) {
     const count = vertices.length / 3, rows = new Float64Array(6 * count), normals = new Float32Array(mixed);
     for (let i = 0; i < count; ++i) {

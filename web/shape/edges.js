@@ -2,10 +2,11 @@ import {firstNumbers} from "../read/mesh_parts.js";
 
 // The edges of triangles. Half edge 3 f + k runs from corner k of face f to the face's next corner.
 
+/** @param {number} half */
 export const nextHalf = (half) => (half % 3 < 2 ? half + 1 : half - 2);
 
-// Sorts half edges so that those of one edge follow one another. faces: Uint32Array (3 F), indices below `count`.
-// Returns {order: the half edges, isSame: whether the i-th of them has the edge of the one before}.
+/** Sorts half edges so that those of one edge follow one another. isSame: whether the i-th of them has the edge of the
+ * one before. @param {Uint32Array} faces (3 F) @param {number} count of vertices */
 export function sortedEdges(faces, count) {
     const edges = faces.length, low = new Uint32Array(edges), high = new Uint32Array(edges);
     for (let i = 0; i < edges; ++i) {
@@ -14,10 +15,15 @@ export function sortedEdges(faces, count) {
         high[i] = a < b ? b : a;
     }
     const order = sortedBy(low, sortedBy(high, firstNumbers(Uint32Array, edges), count), count);
-    return {order, isSame: (i) => low[order[i]] === low[order[i - 1]] && high[order[i]] === high[order[i - 1]]};
+    return {
+        order,
+        isSame: (/** @type {number} */ i) =>
+            low[order[i]] === low[order[i - 1]] && high[order[i]] === high[order[i - 1]],
+    };
 }
 
-// Returns for each half edge the opposite one, if exactly two faces share the edge and agree on their sides; else -1.
+/** Returns for each half edge the opposite one, if exactly two faces share the edge and agree on their sides; else -1.
+ * @param {Uint32Array} faces @param {number} count */
 export function partnersOf(faces, count) {
     const {order, isSame} = sortedEdges(faces, count), partners = new Int32Array(faces.length).fill(-1);
     for (let from = 0, to = 0; from < order.length; from = to) {
@@ -30,7 +36,8 @@ export function partnersOf(faces, count) {
     return partners;
 }
 
-// Returns an order of keys, sorted by keys below `count`; equal ones stay in their order.
+/** Returns an order of keys, sorted by keys below `count`; equal ones stay in their order.
+ * @param {Uint32Array} keys @param {Uint32Array} order @param {number} count */
 function sortedBy(keys, order, count) {
     const starts = new Uint32Array(count + 1), sorted = new Uint32Array(order.length);
     for (let i = 0; i < keys.length; ++i) ++starts[keys[i] + 1];

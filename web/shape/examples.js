@@ -1,5 +1,8 @@
-// Shapes by code, to try the studio without a file. make: returns {vertices: Float64Array (3 V), faces: Uint32Array
-// (3 F), colors: {vertex: Float32Array (3 V), sRGB in [0, 1]; uv, material: null; materials: []}, or null}, with y up.
+/** @import {ShapeColors} from "../read/mesh_file.js" */
+
+/** Places [x, y, z, ...color], and the corners of triangles. @typedef {{places: number[][], faces: number[]}} Sheets */
+
+/** Shapes by code, to try the studio without a file. With y up. */
 export const EXAMPLES = [{name: "rope", make: rope}, {name: "vase", make: vase}, {name: "gear", make: gear}];
 
 const TURN = 2 * Math.PI;
@@ -12,8 +15,10 @@ const RING = 1, SECTION = 0.5, ASIDE = 0.185, TWIST = 9, STRAND = 0.147, BEADS =
 const ALONG = 800, AROUND = 40, BEAD_ROWS = 15, BEAD_COLUMNS = 28, SMALL = 1e-4;
 
 function rope() {
-    const mesh = {places: [], faces: []};
-    for (const [strand, [ground, stripe, turns]] of [[INK, GOLD, 24], [CORAL, CREAM, -36]].entries()) {
+    const mesh = /** @type {Sheets} */ ({places: [], faces: []});
+    /** @type {[Vector, Vector, number][]} */
+    const strands = [[INK, GOLD, 24], [CORAL, CREAM, -36]];
+    for (const [strand, [ground, stripe, turns]] of strands.entries()) {
         const frames = Array.from({length: ALONG}, (_, j) => tubeFrame(strand, TURN * j / ALONG));
         addSheet(mesh, AROUND, ALONG, false, (i, j) => {
             const angle = TURN * i / AROUND, {center, side, up} = frames[j];
@@ -33,9 +38,10 @@ function rope() {
     return meshOf(mesh, true);
 }
 
-// Center of a strand at t, and the unit vector to it from the rope's axis, a (2, 3) torus knot.
+/** Returns the center of a strand at t, and the unit vector to it from the rope's axis, a (2, 3) torus knot.
+ * @param {number} strand @param {number} t */
 function strandAt(strand, t) {
-    const axis = (at) => {
+    const axis = (/** @type {number} */ at) => {
         const ring = RING + SECTION * Math.cos(3 * at);
         return [ring * Math.cos(2 * at), ring * Math.sin(2 * at), SECTION * Math.sin(3 * at)];
     };
@@ -45,13 +51,15 @@ function strandAt(strand, t) {
     return {center: shifted(axis(t), outward, ASIDE), outward};
 }
 
+/** @param {number} strand @param {number} t */
 function tubeFrame(strand, t) {
     const {center, outward} = strandAt(strand, t), along = direction((at) => strandAt(strand, at).center, t);
     const side = unit(shifted(outward, along, -dot(outward, along)));
     return {center, side, up: cross(along, side)};
 }
 
-// Returns points of a closed curve at equal distances along it.
+/** Returns points of a closed curve at equal distances along it.
+ * @param {number} count @param {(t: number) => Vector} curve */
 function evenPlaces(count, curve) {
     const steps = 4096, lengths = [0];
     const points = Array.from({length: steps + 1}, (_, i) => curve(TURN * i / steps));
@@ -68,8 +76,10 @@ function evenPlaces(count, curve) {
 const FLUTES = 9, FLUTE = 0.07, WALL = 0.05, STEPS = 120, VASE_COLUMNS = 288;
 
 function vase() {
-    const mesh = {places: [], faces: []}, profile = [];
-    const radius = (s) => 0.44 + 0.24 * Math.sin(0.35 + 4.6 * s) - 0.06 * s, height = (s) => 2 * s - 1;
+    const mesh = /** @type {Sheets} */ ({places: [], faces: []});
+    /** @type {{ring: number, s: number, isInside?: boolean}[]} */
+    const profile = [];
+    const radius = (/** @type {number} */ s) => 0.44 + 0.24 * Math.sin(0.35 + 4.6 * s) - 0.06 * s;
     const floor = 0.04; // share of the height
     for (let k = 0; k < 12; ++k) profile.push({ring: radius(0) * k / 12, s: 0});
     for (let k = 0; k <= STEPS; ++k) profile.push({ring: radius(k / STEPS), s: k / STEPS});
@@ -82,7 +92,7 @@ function vase() {
         const {ring, s, isInside} = profile[j], angle = TURN * i / VASE_COLUMNS;
         const wave = Math.cos(FLUTES * (angle + 1.1 * s)), far = ring * (1 + FLUTE * wave);
         const glaze = mixed(mixed(INK, TEAL, s), CREAM, Math.max(0, wave) ** 3 * 0.8);
-        return [far * Math.sin(angle), height(s), far * Math.cos(angle), ...(isInside ? CREAM : glaze)];
+        return [far * Math.sin(angle), 2 * s - 1, far * Math.cos(angle), ...(isInside ? CREAM : glaze)];
     });
     return meshOf(mesh, true);
 }
@@ -90,7 +100,8 @@ function vase() {
 // A gear with a thin web and a hub: flat faces and sharp edges.
 const TEETH = 18;
 const TOOTH = [[0, 0.84], [0.2, 0.84], [0.29, 0.92], [0.4, 1], [0.6, 1], [0.71, 0.92], [0.8, 0.84]]; // [share, radius]
-const SECTION_OF_GEAR = [ // [radius, or null for the teeth; z], counter-clockwise
+/** [radius, or null for the teeth; z], counter-clockwise. @type {[number | null, number][]} */
+const SECTION_OF_GEAR = [
     [0.16, -0.24],
     [0.32, -0.24],
     [0.36, -0.08],
@@ -106,7 +117,7 @@ const SECTION_OF_GEAR = [ // [radius, or null for the teeth; z], counter-clockwi
 ];
 
 function gear() {
-    const mesh = {places: [], faces: []};
+    const mesh = /** @type {Sheets} */ ({places: [], faces: []});
     addSheet(mesh, TEETH * TOOTH.length, SECTION_OF_GEAR.length, false, (i, j) => {
         const [share, rim] = TOOTH[i % TOOTH.length], angle = TURN * (Math.floor(i / TOOTH.length) + share) / TEETH;
         const [radius, z] = SECTION_OF_GEAR[j], far = radius ?? rim;
@@ -115,9 +126,10 @@ function gear() {
     return meshOf(mesh, false);
 }
 
-// Adds a closed surface of columns x rows places. Columns wrap around, and rows do, unless `hasPoles`: then the first
-// and the last row are one vertex each. at: returns [x, y, z, ...color] of a column and a row; seen from outside, with
-// columns to the right, rows go up.
+/** Adds a closed surface of columns x rows places. Columns wrap around, and rows do, unless `hasPoles`: then the first
+ * and the last row are one vertex each. at: returns the place of a column and a row; seen from outside, with columns to
+ * the right, rows go up. @param {Sheets} mesh @param {number} columns @param {number} rows @param {boolean} hasPoles
+ * @param {(column: number, row: number) => number[]} at */
 function addSheet({places, faces}, columns, rows, hasPoles, at) {
     const rings = Array.from({length: rows}, (_, j) => {
         const size = hasPoles && j % (rows - 1) === 0 ? 1 : columns;
@@ -134,6 +146,7 @@ function addSheet({places, faces}, columns, rows, hasPoles, at) {
     }
 }
 
+/** @param {Sheets} mesh @param {boolean} hasColors */
 function meshOf({places, faces}, hasColors) {
     const vertex = Float32Array.from(places.flatMap((place) => place.slice(3)));
     return {
@@ -143,13 +156,20 @@ function meshOf({places, faces}, hasColors) {
     };
 }
 
+/** @param {(t: number) => Vector} curve @param {number} t */
 function direction(curve, t) {
     return unit(shifted(curve(t + SMALL), curve(t - SMALL), -1));
 }
 
+/** @type {(a: Vector, b: Vector) => number} */
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+/** @type {(a: Vector, factor: number) => Vector} */
 const scaled = (a, factor) => a.map((c) => c * factor);
+/** @type {(a: Vector, along: Vector, by: number) => Vector} */
 const shifted = (a, along, by) => a.map((c, k) => c + by * along[k]);
+/** @type {(a: Vector) => Vector} */
 const unit = (a) => scaled(a, 1 / Math.hypot(...a));
+/** @type {(a: Vector, b: Vector) => Vector} */
 const cross = (a, b) => [0, 1, 2].map((k) => a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3]);
+/** @type {(a: Vector, b: Vector, share: number) => Vector} */
 const mixed = (a, b, share) => a.map((c, k) => c * (1 - share) + b[k] * share);

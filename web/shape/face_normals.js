@@ -1,6 +1,7 @@
 // Normals of triangles, and their means around vertices.
 
-// Returns the products (b - a) x (c - a) of faces, a Float64Array (3 F): their normals times twice their areas.
+/** Returns the products (b - a) x (c - a) of faces (3 F): their normals times twice their areas.
+ * @param {Float64Array} v vertices @param {Uint32Array} faces */
 export function crossProducts(v, faces) {
     const products = new Float64Array(faces.length);
     for (let i = 0; i < faces.length; i += 3) {
@@ -14,7 +15,7 @@ export function crossProducts(v, faces) {
     return products;
 }
 
-// Scales vectors (3 N) to length one, in place; zero stays zero.
+/** Scales vectors (3 N) to length one, in place; zero stays zero. @param {Float64Array} vectors */
 export function toUnits(vectors) {
     for (let i = 0; i < vectors.length; i += 3) {
         const x = vectors[i], y = vectors[i + 1], z = vectors[i + 2], length = Math.sqrt(x * x + y * y + z * z) || 1;
@@ -25,8 +26,9 @@ export function toUnits(vectors) {
     return vectors;
 }
 
-// Returns the mean normals (3 N) of N groups of corners, weighted by the faces' angles; zero where they cancel.
-// products: of crossProducts; group: Uint32Array (3 F), of each corner.
+/** Returns the mean normals (3 N) of N groups of corners, weighted by the faces' angles; zero where they cancel.
+ * @param {Float64Array} v vertices @param {Uint32Array} faces @param {Float64Array} products of crossProducts
+ * @param {Uint32Array} group of each corner (3 F) @param {number} count */
 export function meanNormals(v, faces, products, group, count) {
     const sums = new Float64Array(3 * count), angles = new Float64Array(3);
     for (let i = 0; i < faces.length; i += 3) {

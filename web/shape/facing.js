@@ -1,11 +1,12 @@
 import {demand} from "../read/mesh_parts.js";
 import {sortedEdges} from "./edges.js";
 import {crossProducts} from "./face_normals.js";
+/** @import {ReadShape} from "../read/mesh_file.js" */
 
 // Turns the faces of a mesh outwards, as the Python trainer does (trainer/shapes/mesh.py).
 
-// Reverses faces that point inwards, and what their corners have, in place. shape: of readShape(), with
-// vertices around the origin. Returns notes for the visitor. Throws MeshError if no face has an area.
+/** Reverses faces that point inwards, and what their corners have, in place. Returns notes for the visitor. Throws
+ * MeshError if no face has an area. @param {ReadShape} shape with vertices around the origin */
 export function faceOutwards({vertices, faces, normals, colors}) {
     const notes = [];
     if (volumeOf(vertices, faces) < 0) {
@@ -20,7 +21,8 @@ export function faceOutwards({vertices, faces, normals, colors}) {
     return notes;
 }
 
-// Returns six times the volume that faces enclose; it is negative if they point inwards.
+/** Returns six times the volume that faces enclose; it is negative if they point inwards.
+ * @param {Float64Array} v vertices @param {Uint32Array} faces */
 function volumeOf(v, faces) {
     const products = crossProducts(v, faces);
     let volume = 0, area = 0;
@@ -33,7 +35,8 @@ function volumeOf(v, faces) {
     return volume;
 }
 
-// Swaps the first and the last corner of each face. size: numbers of a corner.
+/** Swaps the first and the last corner of each face.
+ * @param {Uint32Array | Int32Array | Float32Array} values @param {number} size numbers of a corner */
 function reverse(values, size) {
     for (let i = 0; i < values.length; i += 3 * size) {
         for (let k = 0; k < size; ++k) {
@@ -44,7 +47,7 @@ function reverse(values, size) {
     }
 }
 
-// Returns whether every edge belongs to exactly two faces.
+/** Returns whether every edge belongs to exactly two faces. @param {Uint32Array} faces @param {number} count */
 function isClosed(faces, count) {
     const {order, isSame} = sortedEdges(faces, count);
     for (let i = 1; i < order.length; ++i) if (isSame(i) !== (i % 2 === 1)) return false;

@@ -1,6 +1,8 @@
 import {turned} from "../model/orientation.js";
+/** @import {FacetedShape} from "./load_shape.js" */
 
-// Returns the height of the lowest point of a shape that stands upright, model space. See load_shape.js; up: axis of its file.
+/** Returns the height of the lowest point of a shape that stands upright, model space.
+ * @param {{read: FacetedShape, up: Up}} shape up: axis of its file */
 export function groundOf({read: {vertices, facets}, up}) {
     const upright = turned((facets ?? {vertices}).vertices, up);
     let y = Infinity;

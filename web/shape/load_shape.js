@@ -4,11 +4,16 @@ import {cornerNormals} from "./creases.js";
 import {curvedFacets, flatFacets} from "./curved_surface.js";
 import {EXAMPLES} from "./examples.js";
 import {faceOutwards} from "./facing.js";
+/** @import {InputFile, ReadShape} from "../read/mesh_file.js" */
+/** @import {Facets} from "./curved_surface.js" */
 
 // Reads the shape to train on, moves it to model space, turns its faces outwards, and curves them.
 
-// Returns a shape of readShape() with center and scale: input space = model space * scale + center. files: see
-// readShape(); or null for an example, which has a number. Throws MeshError.
+/** Input space = model space * scale + center. @typedef {ReadShape & {center: Vector, scale: number}} PlacedShape */
+/** facets: null for a cloud. @typedef {PlacedShape & {facets: Facets | null}} FacetedShape */
+
+/** Reads files, or else an example by its number, and moves it to model space. Throws MeshError.
+ * @param {InputFile[] | undefined} files @param {number} example @returns {Promise<PlacedShape>} */
 export async function input(files, example) {
     const read = files ? await readShape(files) : exampleShape(EXAMPLES[example]);
     const {vertices, center, scale} = normalized(read.vertices);
@@ -16,10 +21,9 @@ export async function input(files, example) {
     return {...read, vertices, center, scale, notes: [...read.notes, ...notes]};
 }
 
-// Adds the facets to train on to a shape of input(), and moves both to the model space of the facets: a curved surface
-// may bulge beyond its mesh. crease: least angle of a crease, degrees; null for flat faces. Returns {read, corners}: the
-// shape with `facets` of curvedFacets (curved_surface.js), null for a cloud; normals of its faces' corners, as of cornerNormals
-// (creases.js), or null.
+/** Adds the facets to train on to a shape of input(), and moves both to the model space of the facets: a curved surface
+ * may bulge beyond its mesh. Returns also the normals of its faces' corners, null for a cloud.
+ * @param {PlacedShape} read @param {number | null} crease least angle of a crease, degrees; null for flat faces */
 export function withFacets(read, crease) {
     const {vertices, faces, normals, center, scale} = read;
     if (!faces.length) return {read: {...read, facets: null}, corners: null};
@@ -39,13 +43,14 @@ export function withFacets(read, crease) {
     };
 }
 
+/** @param {typeof EXAMPLES[number]} example @returns {ReadShape} */
 function exampleShape({name, make}) {
     const shape = make(), notes = [`${(shape.faces.length / 3).toLocaleString("en")} triangles`];
     return {name, ...shape, normals: null, cloudNormals: null, notes, up: "y"};
 }
 
-// Moves the center of the bounding box to the origin, and scales the largest norm to 1, as normalize() in
-// trainer/shapes/shape.py.
+/** Moves the center of the bounding box to the origin, and scales the largest norm to 1, as normalize() in
+ * trainer/shapes/shape.py. @param {Float64Array} vertices */
 function normalized(vertices) {
     const least = [Infinity, Infinity, Infinity], most = [-Infinity, -Infinity, -Infinity];
     for (let i = 0; i < vertices.length; ++i) {

@@ -7,17 +7,21 @@ import {crossProducts} from "./face_normals.js";
 import {Surface} from "./surface.js";
 import {Tree} from "./tree.js";
 import {Winding} from "./winding.js";
+/** @import {ShapeColors} from "../read/mesh_file.js" */
+/** @import {Facets} from "./curved_surface.js" */
 
-// A triangle mesh in model space, to train on, or the facets of its curved surface (trainer/shapes/mesh.py).
 const PROBES = 2000; // points below the surface, where a mesh must enclose some volume
 
+/** A triangle mesh in model space, to train on, or the facets of its curved surface (trainer/shapes/mesh.py). */
 export class Shape extends Surface {
-    // vertices: Float64Array (3 V); faces: Uint32Array (3 F); colors: of readShape (mesh_file.js), or null; facets: of
-    // curvedFacets (curved_surface.js). Throws MeshError if the mesh encloses no volume.
+    /** Throws MeshError if the mesh encloses no volume. @param {Float64Array} vertices (3 V)
+     * @param {Uint32Array} faces (3 F) @param {ShapeColors | null} colors @param {Facets} facets */
     constructor(vertices, faces, colors = null, facets = flatFacets(vertices, faces)) {
         super();
         this.isExact = true; // its distances
-        Object.assign(this, {vertices, facets, colors: colors && new SurfaceColors(colors, faces)});
+        this.vertices = vertices;
+        this.facets = facets;
+        this.colors = colors && new SurfaceColors(colors, faces);
         this.pieces = cutTriangle(facets.cuts); // of a face
         this.tree = new Tree(facets.vertices, facets.faces);
         this.winding = new Winding(this.tree);
@@ -34,14 +38,15 @@ export class Shape extends Surface {
         const rows = this.surface(PROBES, randomNumbers(0));
         for (let at = 0; at < rows.length; at += SAMPLE) {
             const depth = 1e-4 * 3000 ** (at / rows.length);
-            const below = (k) => rows[at + k] - depth * rows[at + NORMAL + k];
+            const below = (/** @type {number} */ k) => rows[at + k] - depth * rows[at + NORMAL + k];
             if (this.winding.isInside(below(0), below(1), below(2))) return;
         }
         demand(false, "the mesh encloses no volume; use a closed surface, or: mplicits train --thicken T");
     }
 
-    // Draws points of the surface, uniformly by area. Returns rows of samples with distance 0 and the surface's
-    // normals. colors: an array for the points' colors, or null.
+    /** Draws points of the surface, uniformly by area. Returns rows of samples with distance 0 and the surface's
+     * normals. colors: gets the points' colors.
+     * @param {number} count @param {() => number} random @param {Float32Array | null} colors */
     surface(count, random, colors = null) {
         const {areas} = this, rows = new Float32Array(SAMPLE * count), weights = new Float64Array(3);
         for (let i = 0; i < count; ++i) {
@@ -57,7 +62,8 @@ export class Shape extends Surface {
         return rows;
     }
 
-    // Writes the point at barycentric coordinates of a facet, and its normal, to a row of samples.
+    /** Writes the point at barycentric coordinates of a facet, and its normal, to a row of samples.
+     * @param {number} facet @param {Float64Array} weights @param {Float32Array} rows @param {number} at */
     place(facet, weights, rows, at) {
         const {vertices, faces, normals, normalOf} = this.facets;
         let squared = 0;
@@ -75,7 +81,8 @@ export class Shape extends Surface {
         for (let k = 0; k < 3; ++k) rows[at + NORMAL + k] /= length;
     }
 
-    // Writes the color there to an array.
+    /** Writes the color there to an array.
+     * @param {number} facet @param {Float64Array} weights @param {Float32Array} to @param {number} at */
     color(facet, weights, to, at) {
         const {grid, corners} = this.pieces, size = corners.length / 3, face = Math.floor(facet / size);
         let s = 0, t = 0; // in the face
@@ -84,17 +91,19 @@ export class Shape extends Surface {
             s += weights[j] * grid[corner + 1];
             t += weights[j] * grid[corner + 2];
         }
-        this.colors.write(face, s, t, to, at);
+        this.colors?.write(face, s, t, to, at);
     }
 
-    // Returns the signed distance of a place: negative where the winding number exceeds 1/2.
+    /** Returns the signed distance of a place: negative where the winding number exceeds 1/2.
+     * @param {number} x @param {number} y @param {number} z */
     distance(x, y, z) {
         this.tree.nearest(x, y, z);
         return Math.sqrt(this.tree.squared) * (this.winding.isInside(x, y, z) ? -1 : 1);
     }
 }
 
-// Returns the first place of a sorted array whose number exceeds a value.
+/** Returns the first place of a sorted array whose number exceeds a value.
+ * @param {Float64Array} sorted @param {number} value */
 export function placeOf(sorted, value) {
     let low = 0, high = sorted.length - 1;
     while (low < high) {

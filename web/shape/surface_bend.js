@@ -1,11 +1,13 @@
 import {NORMAL, SAMPLE} from "../kernel/kernel.js";
 import {randomNumbers} from "../kernel/random.js";
 import {BEND_SEED, FEWEST_BENDS} from "../model/constants.js";
+/** @import {TrainingShape} from "./surface.js" */
 
 const BENDS_AT = 400; // points whose neighbors are compared
 
-// Returns the bend of a shape (`bend_of` of trainer/suited_omegas.py): the median angle, degrees, between the normals
-// of neighboring surface points; infinity where there are too few. config: `BendConfig` of trainer/config.py.
+/** Returns the bend of a shape (`bend_of` of trainer/suited_omegas.py): the median angle, degrees, between the normals
+ * of neighboring surface points; infinity where there are too few.
+ * @param {TrainingShape} shape @param {BendConfig} config */
 export function bendOf(shape, {points, nearest, farthest}) {
     const rows = shape.surface(points, randomNumbers(BEND_SEED)), angles = [];
     for (let at = 0; at < SAMPLE * BENDS_AT; at += SAMPLE) {

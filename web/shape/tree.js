@@ -1,14 +1,24 @@
-// A tree of boxes over triangles: the nearest point of a mesh, and its winding number.
 import {firstNumbers} from "../read/mesh_parts.js";
 
 const LEAF = 4, BINS = 16, DEEPEST = 64;
 const ROUNDING = 1e-7; // model units by which boxes are larger: they are rounded to 32 bits
+/** @typedef {Record<"boxes" | "bins" | "costs" | "middles" | "box", Float64Array>} Boxes
+ * @typedef {Boxes & {binOf: Uint8Array, counts: Int32Array}} Scratch */
 
-// vertices: Float64Array (3 V) in model space; faces: Uint32Array (3 F).
+/** A tree of boxes over triangles: the nearest point of a mesh, and its winding number. */
 export class Tree {
+    /** @param {Float64Array} vertices (3 V), in model space @param {Uint32Array} faces (3 F) */
     constructor(vertices, faces) {
         const count = faces.length / 3, most = Math.max(1, 2 * count);
-        Object.assign(this, {vertices, faces, order: firstNumbers(Uint32Array, count), nodes: 1, last: 0});
+        this.vertices = vertices;
+        this.faces = faces;
+        this.order = firstNumbers(Uint32Array, count);
+        this.nodes = 1;
+        this.last =
+            this.squared =
+            this.s =
+            this.t =
+                0;
         this.box = new Float32Array(6 * most); // lower corner, upper corner
         this.first = new Int32Array(most); // of a leaf: its first place in `order`; else: the first of two children
         this.size = new Int32Array(most); // triangles of a leaf; else 0
@@ -29,7 +39,7 @@ export class Tree {
         };
         const pending = [[0, 0, this.order.length, 0]];
         while (pending.length) {
-            const [node, from, to, depth] = pending.pop();
+            const [node, from, to, depth] = /** @type {number[]} */ (pending.pop());
             this.enclose(node, from, to, scratch);
             const cut = to - from > LEAF && depth < DEEPEST - 1 ? this.split(from, to, scratch) : from;
             if (cut === from) {
@@ -56,7 +66,8 @@ export class Tree {
         return boxes;
     }
 
-    // Sets a node's box, and `middles`: the box of twice the middles of its triangles' boxes.
+    /** Sets a node's box, and `middles`: the box of twice the middles of its triangles' boxes.
+     * @param {number} node @param {number} from @param {number} to @param {Scratch} scratch */
     enclose(node, from, to, {boxes, middles, box}) {
         const {order} = this;
         empty(middles);
@@ -73,10 +84,13 @@ export class Tree {
         for (let k = 0; k < 6; ++k) this.box[6 * node + k] = box[k] + (k < 3 ? -ROUNDING : ROUNDING);
     }
 
-    // Partitions triangles along the longest side by the surface area heuristic with bins (Wald 2007). Returns the
-    // place of the cut; `from` where all middles are one point.
+    /** Partitions triangles along the longest side by the surface area heuristic with bins (Wald 2007). Returns the
+     * place of the cut; `from` where all middles are one point.
+     * @param {number} from @param {number} to @param {Scratch} scratch */
     split(from, to, scratch) {
-        const {order} = this, {boxes, binOf, middles} = scratch, side = (k) => middles[3 + k] - middles[k];
+        const {order} = this,
+            {boxes, binOf, middles} = scratch,
+            side = (/** @type {number} */ k) => middles[3 + k] - middles[k];
         const axis = side(0) >= side(1) && side(0) >= side(2) ? 0 : side(1) >= side(2) ? 1 : 2, low = middles[axis];
         if (!(side(axis) > 0)) return from;
         const scale = BINS * (1 - 1e-12) / side(axis);
@@ -99,7 +113,8 @@ export class Tree {
         return left;
     }
 
-    // Returns the last bin of the first part with the smallest sum of (area of the box) x (number of triangles).
+    /** Returns the last bin of the first part with the smallest sum of (area of the box) x (number of triangles).
+     * @param {number} from @param {number} to @param {Scratch} scratch */
     bestBin(from, to, {boxes, binOf, bins, counts, costs, box}) {
         const {order} = this;
         empty(bins);
@@ -123,7 +138,8 @@ export class Tree {
         return best;
     }
 
-    // Returns the squared distance of a node's box from a point.
+    /** Returns the squared distance of a node's box from a point.
+     * @param {number} node @param {number} x @param {number} y @param {number} z */
     boxDistance(node, x, y, z) {
         const {box} = this, at = 6 * node;
         const dx = Math.max(box[at] - x, 0, x - box[at + 3]), dy = Math.max(box[at + 1] - y, 0, y - box[at + 4]);
@@ -131,16 +147,18 @@ export class Tree {
         return dx * dx + dy * dy + dz * dz;
     }
 
-    // Returns the triangle nearest to a point, and sets `squared` to the squared distance, and s and t to the place of
-    // the nearest point in the triangle. It is fast if the point of the last call was near.
+    /** Returns the triangle nearest to a point, and sets `squared` to the squared distance, and s and t to the place of
+     * the nearest point in the triangle. It is fast if the point of the last call was near.
+     * @param {number} x @param {number} y @param {number} z */
     nearest(x, y, z) {
         this.squared = this.toTriangle(this.last, x, y, z, Infinity);
         this.descend(x, y, z, this.squared, this);
         return this.last;
     }
 
-    // Tells a visitor the triangles of boxes within `most`, a squared distance from a point, the nearest boxes first.
-    // visit(triangle, x, y, z, most): returns the new `most`.
+    /** Tells a visitor the triangles of boxes within `most`, a squared distance from a point, the nearest boxes first.
+     * visit: returns the new `most`. @param {number} x @param {number} y @param {number} z @param {number} most
+     * @param {{visit(triangle: number, x: number, y: number, z: number, most: number): number}} visitor */
     descend(x, y, z, most, visitor) {
         const {stack, reach, first, size, order} = this;
         let depth = 1;
@@ -162,6 +180,7 @@ export class Tree {
         }
     }
 
+    /** @param {number} triangle @param {number} x @param {number} y @param {number} z @param {number} most */
     visit(triangle, x, y, z, most) {
         const squared = this.toTriangle(triangle, x, y, z, most);
         if (!(squared < most)) return most;
@@ -169,8 +188,9 @@ export class Tree {
         return this.squared = squared;
     }
 
-    // Returns the squared distance of a point from a triangle; where it is less than `most`, s and t are set: the
-    // nearest point is a + s (b - a) + t (c - a).
+    /** Returns the squared distance of a point from a triangle; where it is less than `most`, s and t are set: the
+     * nearest point is a + s (b - a) + t (c - a).
+     * @param {number} triangle @param {number} x @param {number} y @param {number} z @param {number} most */
     toTriangle(triangle, x, y, z, most) {
         const {vertices, faces} = this;
         const a = 3 * faces[3 * triangle], b = 3 * faces[3 * triangle + 1], c = 3 * faces[3 * triangle + 2];
@@ -200,12 +220,13 @@ export class Tree {
     }
 }
 
-// Makes boxes empty.
+/** Makes boxes empty. @param {Float64Array} boxes */
 function empty(boxes) {
     for (let i = 0; i < boxes.length; ++i) boxes[i] = i % 6 < 3 ? Infinity : -Infinity;
 }
 
-// Enlarges a box by another one.
+/** Enlarges a box by another one.
+ * @param {Float64Array} to @param {number} at @param {Float64Array} from @param {number} of */
 function grow(to, at, from, of) {
     for (let k = 0; k < 3; ++k) {
         if (from[of + k] < to[at + k]) to[at + k] = from[of + k];
@@ -213,10 +234,12 @@ function grow(to, at, from, of) {
     }
 }
 
+/** @param {number} x @param {number} y @param {number} z */
 function squaredLength(x, y, z) {
     return x * x + y * y + z * z;
 }
 
+/** @param {number} part @param {number} whole */
 function ratio(part, whole) { // within [0, 1]
     return whole > 0 ? Math.min(1, Math.max(0, part / whole)) : 0;
 }

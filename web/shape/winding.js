@@ -1,12 +1,14 @@
-// The generalized winding number of a mesh (Jacobson et al. 2013): 1 inside a closed surface, 0 outside. Far parts of
-// the mesh count as their first two moments (Barill et al. 2018).
+/** @import {Tree} from "./tree.js" */
+
 const FAR = 2.5; // a node is far from a point at this many radii
 const ROUGHLY_FAR = 1.3, DOUBT = 0.25; // it is at these, unless the result differs from 1/2 by less
 const FULL = 4 * Math.PI; // solid angle
 const CENTER = 0, RADIUS = 3, FLUX = 4, SPREAD = 7, MOMENTS = 16; // floats of a node, by their places
 
+/** The generalized winding number of a mesh (Jacobson et al. 2013): 1 inside a closed surface, 0 outside. Far parts of
+ * the mesh count as their first two moments (Barill et al. 2018). @template {Tree} [T=Tree] */
 export class Winding {
-    // tree: of the mesh (tree.js).
+    /** @param {T} tree of the mesh */
     constructor(tree) {
         this.tree = tree;
         this.moments = new Float32Array(MOMENTS * tree.nodes);
@@ -16,8 +18,8 @@ export class Winding {
         this.stack = new Int32Array(tree.stack.length);
     }
 
-    // Sets a node's moments: the center of its area, the radius around it, the sum of (area x normal), and the sum of
-    // (area x normal) x (middle - center), a matrix.
+    /** Sets a node's moments: the center of its area, the radius around it, the sum of (area x normal), and the sum of
+     * (area x normal) x (middle - center), a matrix. @param {number} node */
     gather(node) {
         const {tree, moments, areas, part} = this, at = MOMENTS * node, child = tree.first[node];
         const isLeaf = tree.size[node] > 0, count = isLeaf ? tree.size[node] : 2;
@@ -48,7 +50,7 @@ export class Winding {
         }
     }
 
-    // Sets `part` to area, center, and area x normal of a node.
+    /** Sets `part` to area, center, and area x normal of a node. @param {number} node */
     measureChild(node) {
         this.part[0] = this.areas[node];
         for (let k = 0; k < 3; ++k) {
@@ -57,7 +59,7 @@ export class Winding {
         }
     }
 
-    // The same of a triangle.
+    /** The same of a triangle. @param {number} face */
     measure(face) {
         const {part, tree: {vertices: v, faces}} = this;
         const a = 3 * faces[3 * face], b = 3 * faces[3 * face + 1], c = 3 * faces[3 * face + 2];
@@ -70,13 +72,15 @@ export class Winding {
         part[0] = Math.sqrt(part[4] * part[4] + part[5] * part[5] + part[6] * part[6]);
     }
 
-    // Returns whether a place is inside: where its winding number exceeds 1/2.
+    /** Returns whether a place is inside: where its winding number exceeds 1/2.
+     * @param {number} x @param {number} y @param {number} z */
     isInside(x, y, z) {
         const rough = this.at(x, y, z, ROUGHLY_FAR);
         return (Math.abs(rough - 0.5) < DOUBT ? this.at(x, y, z) : rough) > 0.5;
     }
 
-    // Returns the winding number of a place. distance: at which a node is far, in radii.
+    /** Returns the winding number of a place. distance: at which a node is far, in radii.
+     * @param {number} x @param {number} y @param {number} z */
     at(x, y, z, distance = FAR) {
         const {tree: {first, size}, moments, stack} = this;
         let depth = 1, angle = 0;
@@ -97,7 +101,8 @@ export class Winding {
         return angle / FULL;
     }
 
-    // Returns the solid angle of a far node. r: from the point to the node's center.
+    /** Returns the solid angle of a far node. r: from the point to the node's center.
+     * @param {number} at @param {number} rx @param {number} ry @param {number} rz @param {number} squared */
     ofMoments(at, rx, ry, rz, squared) {
         const m = this.moments, n = at + FLUX, s = at + SPREAD;
         const trace = m[s] + m[s + 4] + m[s + 8];
@@ -108,8 +113,9 @@ export class Winding {
         return sum / (squared * Math.sqrt(squared));
     }
 
-    // Returns the solid angle of triangles at places of `order` (van Oosterom and Strackee 1983). It adds up the angles
-    // of a few triangles as the angle of a product of complex numbers, since arc tangents are slow.
+    /** Returns the solid angle of triangles at places of `order` (van Oosterom and Strackee 1983). It adds up the
+     * angles of a few triangles as the angle of a product of complex numbers, since arc tangents are slow.
+     * @param {number} from @param {number} to @param {number} x @param {number} y @param {number} z */
     ofLeaf(from, to, x, y, z) {
         const {vertices: v, faces, order} = this.tree;
         let real = 1, imaginary = 0, angle = 0;

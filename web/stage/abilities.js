@@ -1,7 +1,7 @@
 import {kernelBytes} from "../train/loading.js";
 
-// Returns a line that says what this browser lacks for a training, and what to do; an empty text where it lacks nothing.
-// Without WebGL2, the page invites nobody (web/view/page.css).
+/** Returns a line that says what this browser lacks for a training, and what to do; an empty text where it lacks
+ * nothing. Without WebGL2, the page invites nobody (web/view/page.css). */
 export function lacking() {
     const {WebAssembly: wasm, Worker: worker} = globalThis;
     const missing = !wasm

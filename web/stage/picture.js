@@ -4,15 +4,19 @@ import {drawWith, renderer} from "../view/view.js";
 import {Axes} from "./axes.js";
 import {Preview} from "./preview.js";
 import {state} from "./state.js";
+/** @import {PreviewBuffers} from "./preview_buffers.js" */
+/** @import {FullState} from "./state.js" */
 
 // The picture on the stage: the shape itself with the axes of its file, or its field.
-let preview = null, axes = null;
+let /** @type {Preview} */ preview, /** @type {Axes} */ axes;
+/** @type {Drawer} */
 const mesh = {
     show(camera, options) {
         preview.show(camera, options);
         axes.show(camera);
     },
 };
+/** @type {Drawer} */
 const both = {
     show(camera, ...more) {
         mesh.show(camera, ...more);
@@ -26,10 +30,10 @@ export function preparePreview() {
     preview ??= new Preview(element("mesh"), (name) => renderer.painter.shader(name));
 }
 
-// Shows a shape. corners: of cornersOf (preview_buffers.js).
+/** Shows a shape. @param {PreviewBuffers} corners */
 export function showShape(corners) {
     preview.load(corners);
-    turnTo(state.shape.up);
+    turnTo(/** @type {FullState} */ (state).shape.up);
     showPicture("mesh");
 }
 
@@ -38,7 +42,7 @@ export function drawBoth() {
     if ("preview" in root.dataset) drawWith(both);
 }
 
-// Shows the "mesh" or the "field".
+/** Shows the "mesh" or the "field". @param {string} which */
 export function showPicture(which) {
     const isMesh = which === "mesh";
     hidePreview(!isMesh);
@@ -50,18 +54,20 @@ export function showPicture(which) {
     drawWith(isMesh ? mesh : null);
     const choices = [{value: "mesh", label: preview.isCloud ? "Cloud" : "Mesh"}, {value: "field", label: "Field"}];
     fillChoices(element("picture"), choices, which, showPicture);
-    const field = element("picture").querySelector("[value=field]"), {training, result} = state;
+    const field = /** @type {HTMLInputElement} */ (element("picture").querySelector("[value=field]"));
+    const {training, result} = state;
     field.disabled = isMesh && !(training ? training.isSeen : result);
-    field.parentElement.title = field.disabled ? "The field is not drawn yet" : "";
+    /** @type {HTMLElement} */ (field.parentElement).title = field.disabled ? "The field is not drawn yet" : "";
 }
 
+/** @param {boolean} isHidden */
 function hidePreview(isHidden) {
     for (const id of ["mesh", "axes"]) element(id).toggleAttribute("hidden", isHidden);
     root.toggleAttribute("data-preview", !isHidden);
 }
 
-// Turns the shape so that an axis of the file points up.
+/** Turns the shape so that an axis of the file points up. @param {Up} up */
 export function turnTo(up) {
-    state.shape.up = preview.up = axes.up = up;
+    /** @type {FullState} */ (state).shape.up = preview.up = axes.up = up;
     element("up").textContent = `Up: ${up.toUpperCase().replace("-", "−")}`;
 }

@@ -1,32 +1,52 @@
 import {FOCAL, matrix} from "../draw/camera.js";
 import {facts} from "../model/facts.js";
-
-// Draws the dropped mesh or point cloud itself, before and beside the picture of its field.
+/** @import {Picture} from "../read/mesh_file.js" */
+/** @import {PreviewBuffers, PreviewPart} from "./preview_buffers.js" */
 const DOT = 0.012; // size of a cloud's points, model units
 
+/** Draws the dropped mesh or point cloud itself, before and beside the picture of its field. */
 export class Preview {
-    // canvas: over the picture; shader(name): returns the text of a file of glsl/. Without WebGL2, it draws nothing.
+    /** Without WebGL2, it draws nothing. @param {HTMLCanvasElement} canvas over the picture
+     * @param {(name: string) => string} shader returns the text of a file of glsl/ */
     constructor(canvas, shader) {
         const gl = canvas.getContext("webgl2", {antialias: true});
-        Object.assign(this, {canvas, gl, up: "y", parts: [], textures: []});
-        if (!gl) return;
-        this.program = gl.createProgram();
-        for (const [kind, name] of [[gl.VERTEX_SHADER, "preview.vert.glsl"], [gl.FRAGMENT_SHADER, "preview.glsl"]]) {
-            const compiled = gl.createShader(kind);
+        this.canvas = canvas;
+        this.gl = gl;
+        /** @type {Up} */
+        this.up = "y";
+        this.drawn = "";
+        this.isCloud = false;
+        /** @type {PreviewPart[]} */
+        this.parts = [];
+        /** @type {(WebGLTexture | null)[]} */
+        this.textures = [];
+        /** @type {WebGLBuffer[]} */
+        this.buffers = [];
+        /** @type {{camera: Camera, options: Options} | null} */
+        this.next = null;
+        const program = this.program = gl && gl.createProgram();
+        if (!gl || !program) return;
+        /** @type {[number, string][]} */
+        const parts = [[gl.VERTEX_SHADER, "preview.vert.glsl"], [gl.FRAGMENT_SHADER, "preview.glsl"]];
+        for (const [kind, name] of parts) {
+            const compiled = /** @type {WebGLShader} */ (gl.createShader(kind));
             gl.shaderSource(compiled, `#version 300 es\nprecision highp float;\n${shader(name)}`);
             gl.compileShader(compiled);
-            gl.attachShader(this.program, compiled);
+            gl.attachShader(program, compiled);
         }
-        gl.linkProgram(this.program);
+        gl.linkProgram(program);
         this.buffers = Array.from({length: 4}, () => gl.createBuffer());
         gl.enable(gl.DEPTH_TEST);
     }
 
-    // Loads the buffers of cornersOf (preview_buffers.js).
+    /** @param {PreviewBuffers} buffers */
     load({positions, normals, colors, places, parts, isCloud}) {
         const {gl} = this;
-        Object.assign(this, {parts, isCloud, drawn: ""});
+        this.parts = parts;
+        this.isCloud = isCloud;
+        this.drawn = "";
         if (!gl) return;
+        /** @type {[AllowSharedBufferSource | null, number, number][]} */
         const columns = [[positions, 3, gl.FLOAT], [normals, 4, gl.BYTE], [colors, 4, gl.UNSIGNED_BYTE], [
             places,
             2,
@@ -43,8 +63,9 @@ export class Preview {
         this.textures = parts.map(({image}) => (image ? this.texture(image) : null));
     }
 
+    /** @param {Picture} picture */
     texture({width, height, pixels}) {
-        const {gl} = this, texture = gl.createTexture();
+        const gl = /** @type {WebGL2RenderingContext} */ (this.gl), texture = gl.createTexture();
         gl.bindTexture(gl.TEXTURE_2D, texture);
         gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, width, height, 0, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
         gl.generateMipmap(gl.TEXTURE_2D);
@@ -52,21 +73,22 @@ export class Preview {
         return texture;
     }
 
-    // Draws at the next frame. camera, options: of view.js.
+    /** Draws at the next frame. @param {Camera} camera @param {Options} options */
     show(camera, options) {
         if (!this.next) requestAnimationFrame(() => this.draw());
         this.next = {camera, options};
     }
 
     draw() {
-        const {gl, canvas, program, next: {camera, options: {light, shading}}} = this, scale = devicePixelRatio || 1;
-        const [width, height] = ["Width", "Height"].map((side) => Math.round(canvas[`client${side}`] * scale));
+        const {gl, canvas, program} = this, scale = devicePixelRatio || 1;
+        const {camera, options: {light, shading}} = /** @type {NonNullable<typeof this.next>} */ (this.next);
+        const [width, height] = [canvas.clientWidth, canvas.clientHeight].map((side) => Math.round(side * scale));
         const seen = JSON.stringify([camera, light, shading, this.up, width, height]);
         this.next = null;
-        if (!gl || !width || seen === this.drawn) return; // large meshes take the processor seconds
+        if (!gl || !program || !width || seen === this.drawn) return; // large meshes take the processor seconds
         this.drawn = seen;
         Object.assign(canvas, {width, height});
-        const aspect = width / height, at = (name) => gl.getUniformLocation(program, name);
+        const aspect = width / height, at = (/** @type {string} */ name) => gl.getUniformLocation(program, name);
         gl.viewport(0, 0, width, height);
         gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
         gl.useProgram(program);

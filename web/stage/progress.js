@@ -1,6 +1,8 @@
 import {pause} from "../model/pause.js";
 import {renderer} from "../view/view.js";
 import {drawBoth, showPicture} from "./picture.js";
+/** @import {TrainingOptions, TrainingStep} from "../train/training.js" */
+/** @import {Result, Training} from "./state.js" */
 
 // What the visitor sees of a training: its line, and its live pictures.
 const BETWEEN_PICTURES = 1000, BETWEEN_REPORTS = 200; // milliseconds
@@ -10,15 +12,19 @@ const SLOW = 1.2; // times the planned seconds, from which a device is called sl
 // 3 % of noise lie 0.018 off a good surface, and their normals by 41 degrees.
 const FAR = 0.015, FAR_CLOUD = 0.03, STEEP = 40;
 
-// Returns {afterStep, tell} for trainShape. mine: the training of state.js; update: shows a line and a share; remember:
-// called with a result when a level is finished.
+/** Returns callbacks for trainShape. remember: called when a level is finished.
+ * @param {Training} mine @param {Settings} settings @param {() => number} clock @param {number} end
+ * @param {(line: string, share: number) => void} update shows a line and a share
+ * @param {(result: Pick<Result, keyof Trained | "settings" | "seconds">) => void} remember
+ * @returns {Pick<Required<TrainingOptions>, "afterStep" | "tell">} */
 export function follow(mine, settings, clock, end, update, remember) {
     const {live} = mine, count = settings.levels.length;
     const names = [...settings.levels.map((_, i) => `Level ${i + 1} of ${count}`), "Colors"];
     let reportedAt = 0, finished = 0, share = 0;
-    const tell = (stage, doing) => update(`${names[stage]} · ${doing}`, share);
-    const lineOf = ({stage, steps, least, isLate, left, meanF, levels}) => {
-        const accuracy = stage < count ? meanF : levels.at(-1).meanF, total = clock() + left;
+    const tell = (/** @type {number} */ stage, /** @type {string} */ doing) =>
+        update(`${names[stage]} · ${doing}`, share);
+    const lineOf = (/** @type {TrainingStep} */ {stage, steps, least, isLate, left, meanF, levels}) => {
+        const accuracy = stage < count ? meanF : levels[count - 1].meanF, total = clock() + left;
         const isSlow = !settings.steps && total > SLOW * end;
         return [
             `mean |f| ${accuracy.toExponential(1)}`,
@@ -27,7 +33,7 @@ export function follow(mine, settings, clock, end, update, remember) {
             ...(isSlow ? [`this device is slow: about ${Math.ceil(total)} s instead of ${settings.seconds}`] : []),
         ].join(" · ");
     };
-    const afterStep = async (step) => {
+    const afterStep = async (/** @type {TrainingStep} */ step) => {
         const now = performance.now(), {levels, network, layout, weights} = step;
         share = step.done;
         if (now > reportedAt + BETWEEN_REPORTS) {
@@ -58,9 +64,10 @@ export function follow(mine, settings, clock, end, update, remember) {
     return {afterStep, tell};
 }
 
-// Returns {isFar, line}: whether the surface of a result is no likeness of the shape, and what the page says of it.
+/** Returns whether the surface of a result is no likeness of the shape, and what the page says of it.
+ * @param {Pick<Result, "levels" | "seconds">} result @param {boolean} isCloud */
 export function judged({levels, seconds}, isCloud) {
-    const {meanF, distance = meanF, angle} = levels.at(-1), time = `${Math.round(seconds)} s`;
+    const {meanF, distance = meanF, angle} = levels[levels.length - 1], time = `${Math.round(seconds)} s`;
     const isFar = isCloud ? distance > FAR_CLOUD : distance > FAR || angle > STEEP;
     const figures = `off by ${distance.toExponential(1)} of the radius · normals by ${angle.toFixed(1)}°`;
     return {

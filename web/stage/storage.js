@@ -1,9 +1,13 @@
+/** @import {FileShape, Result, StageShape} from "./state.js" */
+/** @typedef {FileShape & Pick<StageShape, "read"> & Pick<Result, keyof Trained | "settings" | "seconds">} Kept */
+
 // One record in the browser's storage, which a reload offers. A browser may refuse storage, above all to pages from
 // files: then nothing is kept, and kept() is null. No function throws.
 const DATABASE = "mplicits-studio", STORE = "records", KEY = "last";
 const MOST_BYTES = 100e6;
 
-// Keeps a record in place of the one before: an object of JSON values and typed arrays. Resolves to whether it is kept.
+/** Keeps a record in place of the one before. Resolves to whether it is kept.
+ * @param {Kept} record JSON values and typed arrays */
 export async function keep(record) {
     try {
         if (bytesIn(record) > MOST_BYTES) return false;
@@ -14,7 +18,7 @@ export async function keep(record) {
     }
 }
 
-// Resolves to the record, or null.
+/** Resolves to the record, or null. @returns {Promise<Kept | null>} */
 export async function kept() {
     try {
         return await inStore("readonly", (store) => store.get(KEY)) ?? null;
@@ -29,10 +33,12 @@ export async function forget() {
     } catch { /* there is no storage, so there is no record */ }
 }
 
-// Resolves to the result of a request in a transaction, when that is complete.
+/** Resolves to the result of a request in a transaction, when that is complete.
+ * @template T @param {IDBTransactionMode} mode @param {(store: IDBObjectStore) => IDBRequest<T>} request */
 async function inStore(mode, request) {
     const opening = indexedDB.open(DATABASE, 1);
     opening.onupgradeneeded = () => opening.result.createObjectStore(STORE);
+    /** @type {IDBDatabase} */
     const database = await new Promise((resolve, reject) => {
         opening.onsuccess = () => resolve(opening.result);
         opening.onerror = opening.onblocked = () => reject(opening.error);
@@ -49,6 +55,7 @@ async function inStore(mode, request) {
     }
 }
 
+/** @param {unknown} value @returns {number} */
 function bytesIn(value) {
     if (ArrayBuffer.isView(value) || value instanceof ArrayBuffer) return value.byteLength;
     if (typeof value === "string") return 2 * value.length;

@@ -23,19 +23,25 @@ import {follow, judged} from "./progress.js";
 import {factsOfShape, state} from "./state.js";
 import {forget, keep, kept} from "./storage.js";
 import {LivePicture} from "./training_picture.js";
+/** @import {Start} from "../train/training.js" */
+/** @import {Question} from "../train/workers.js" */
+/** @import {FullState, Result, Training} from "./state.js" */
+/** @import {Kept} from "./storage.js" */
 
 // The studio: trains a dropped shape, while the page draws its field.
 const MOST_WORKERS = 16, MOST_FACES = 4e6; // faces of all workers together, since each has the shape
 const LEFT_SHARE = 0.5; // of the seconds, that remains for the training after the preparation
 const LONGER_FROM = 0.6; // share of the last level's schedule at which "Train longer" begins again
 const hasOwnModel = root.dataset.state !== "empty"; // of `bake --studio`; its page opens without the invitation
-const UPS = Object.keys(facts.studio.upright);
+const UPS = /** @type {Up[]} */ (Object.keys(facts.studio.upright));
 const NOTICED = 2500; // milliseconds
 const CONTROLS = /[\p{C}\p{Zl}\p{Zp}]/gu;
+const inputs = /** @type {Record<string, HTMLInputElement>} */ (/** @type {unknown} */ (element("settings").elements));
 
 let report = "", notice = ""; // the bar's line, and one that covers it for a moment
 
-// Opens the files of a shape, and trains it. Errors of the shape become messages.
+/** Opens the files of a shape, and trains it. Errors of the shape become messages.
+ * @param {(File & {path?: string})[]} files */
 async function openShapeFiles(files) {
     const [largest] = files.filter(({name}) =>
         facts.studio.endings.some((ending) => name.toLowerCase().endsWith(ending))
@@ -52,14 +58,15 @@ async function openShapeFiles(files) {
     })();
 }
 
-// question: of the workers' `read`; name: of its file. began: performance.now() at the drop.
+/** @param {Partial<Question<"read">>} question @param {string} name of its file
+ * @param {number} began performance.now() at the drop */
 async function openAndTrain(question, name, began) {
     const settings = chosenSettings();
     if (await showShapeOf(question, name, settings)) await train(settings, null, began);
 }
 
-// Ends a training for another file, and waits for its end, where the visitor agrees to lose what is not saved. Throws
-// ModelError.
+/** Ends a training for another file, and waits for its end, where the visitor agrees to lose what is not saved. Throws
+ * ModelError. @param {string} name */
 async function freeStage(name) {
     const {training, shape, result} = state;
     const question = training ?
@@ -75,11 +82,13 @@ async function freeStage(name) {
     if (shape) showPicture("field"); // a model may come
 }
 
-// Reads a shape and shows it. name: of its file. Returns whether it is still wanted.
+/** Reads a shape and shows it. Returns whether it is still wanted.
+ * @param {Partial<Question<"read">>} question @param {string} name of its file @param {Partial<Settings>} settings */
 async function showShapeOf(question, name, {crease = facts.studio.crease}) {
     say("");
     const size = Math.min(navigator.hardwareConcurrency || 1, MOST_WORKERS);
     const team = new Team(element("worker").textContent, size), before = state.shape;
+    /** @type {Partial<Training>} */
     const mine = state.training = {};
     element("welcome").hidden = true;
     element("read").textContent = "";
@@ -118,11 +127,11 @@ async function showShapeOf(question, name, {crease = facts.studio.crease}) {
     return !mine.isLeft;
 }
 
-// Trains the shape. chosen: settings of settingsFrom(). start: of trainShape, or null. began: performance.now() from
-// which the seconds count.
+/** Trains the shape. @param {Settings} chosen @param {Start | null} start
+ * @param {number} began performance.now() from which the seconds count */
 async function train(chosen, start, began) {
-    const {shape} = state, {read, team} = shape, hasColors = Boolean(read.colors);
-    const mine = state.training = {isPaused: false, isStopped: false, paused: 0, live: null};
+    const {shape} = /** @type {FullState} */ (state), {read, team} = shape, hasColors = Boolean(read.colors);
+    const mine = state.training = /** @type {Training} */ ({isPaused: false, isStopped: false, paused: 0});
     const clock = () => (performance.now() - began) / 1000 - mine.paused;
     showPicture("mesh");
     element("more").open = false;
@@ -139,7 +148,7 @@ async function train(chosen, start, began) {
         const callbacks = follow(mine, settings, clock, end, update, remember);
         const options = {module, hasColors, gpu, clock, end, start, ...callbacks};
         const trained = await trainShape(team, settings, facts.studio.config, options);
-        state.result = {...trained, settings, seconds: clock(), isSaved: false};
+        state.result = /** @type {Result} */ ({...trained, settings, seconds: clock(), isSaved: false});
         remember(state.result);
     } catch (error) {
         update("Not trained");
@@ -151,48 +160,51 @@ async function train(chosen, start, began) {
     if (!mine.isLeft) await showResult();
 }
 
-// Keeps a result in the browser's storage, for a reload; the facets are quickly made again.
+/** Keeps a result in the browser's storage, for a reload; the facets are quickly made again.
+ * @param {Pick<Result, keyof Trained | "settings" | "seconds">} result */
 function remember({levels, texture, settings, seconds}) {
-    const read = {...state.shape.read, facets: null};
-    keep({...factsOfShape(state.shape), read, levels, texture, settings, seconds});
+    const {shape} = /** @type {FullState} */ (state);
+    keep({...factsOfShape(shape), read: {...shape.read, facets: null}, levels, texture, settings, seconds});
 }
 
 // Trains the shape on the stage anew.
 async function trainAgain() {
-    const settings = chosenSettings(), {read, crease, up, front} = state.shape, began = performance.now();
+    const {read, crease, up, front} = /** @type {FullState} */ (state).shape;
+    const settings = chosenSettings(), began = performance.now();
     const isReady = !read.facets || settings.crease === crease || await showAgain({read, settings, up, front});
     if (isReady) await train(settings, null, began);
 }
 
-// Shows a shape that was read before.
+/** Shows a shape that was read before. @param {Pick<Kept, "read" | "settings" | "up" | "front">} shape */
 async function showAgain({read, settings, up, front}) {
     const isWanted = await showShapeOf({earlier: read}, read.name, settings);
-    Object.assign(state.shape, {front});
+    /** @type {FullState} */ (state).shape.front = front;
     turnTo(up);
     return isWanted;
 }
 
-// Goes on with what a reload left.
+/** Goes on with what a reload left. @param {Kept} record */
 async function resume(record) {
     const {read, settings, seconds, levels, texture} = record;
     if (!await showAgain(record)) return;
     const isWhole = levels.length === settings.levels.length && (texture || !read.colors);
     if (!isWhole)
         return train(settings, {levels, texture, weights: null, share: 0}, performance.now() - 1000 * seconds);
-    state.result = {levels, texture, settings, seconds, isSaved: false};
+    state.result = /** @type {Result} */ ({levels, texture, settings, seconds, isSaved: false});
     update("");
     return showResult();
 }
 
 // Shows the trained model, and what it can be saved as.
 async function showResult() {
-    const {shape, result} = state, {line, isFar} = judged(result, !shape.read.faces.length);
+    const {shape, result} = /** @type {FullState & {result: Result}} */ (state);
+    const {line, isFar} = judged(result, !shape.read.faces.length);
     Object.assign(result, {isFar, bytes: modelFile(factsOfShape(shape), result, provenanceOf(shape, result))});
     update(line);
     element("ended").textContent = line;
     element("settings")[isFar ? "prepend" : "append"](element("longer"));
     const model = {...trainedModel(factsOfShape(shape), result), ground: groundOf(shape)};
-    const onSave = (id) => {
+    const onSave = (/** @type {string} */ id) => {
         result.isSaved ||= id === "download";
     };
     showExports(element("exports"), shape.name, kindsOf(shape, result, model, recorded), onSave, guarded);
@@ -202,6 +214,7 @@ async function showResult() {
     if (isCurrent(result)) showPicture("field");
 }
 
+/** @param {Result | null} result */
 const isCurrent = (result) => state.result === result && !state.training;
 
 // Records a turn; the report shows the progress.
@@ -218,7 +231,7 @@ async function recorded() {
 
 // Trains the last level further, from its weights.
 function trainLonger() {
-    const {levels, texture, settings} = state.result, last = levels.at(-1);
+    const {levels, texture, settings} = /** @type {Result} */ (state.result), last = levels[levels.length - 1];
     const isWhole = levels.length === settings.levels.length && last.share >= 1;
     const start = {
         levels: levels.slice(0, -1),
@@ -230,7 +243,7 @@ function trainLonger() {
 }
 
 async function turnUp() {
-    const {shape, training, result} = state;
+    const {shape, training, result} = /** @type {FullState} */ (state);
     turnTo(UPS[(UPS.indexOf(shape.up) + 1) % UPS.length]);
     if (training?.live) Object.assign(training.live, {shape: factsOfShape(shape), ground: groundOf(shape), drawnAt: 0});
     if (result && !training) await showResult();
@@ -239,33 +252,35 @@ async function turnUp() {
 
 // Makes the present view the one on which the model opens.
 async function setFront() {
-    center(state.shape.front = frontOfView());
+    center(/** @type {FullState} */ (state).shape.front = frontOfView());
     notify("Front set. The model opens on this view");
     setTimeout(notify, NOTICED, "");
     if (state.result && !state.training) await showResult();
 }
 
+/** @param {string} text */
 function notify(text) {
     element("ended").textContent = notice = text;
     update("");
 }
 
-const stem = (name) => name.replace(/\.\w+$/, "").replace(CONTROLS, "").slice(0, 60) || "shape";
+const stem = (/** @type {string} */ name) => name.replace(/\.\w+$/, "").replace(CONTROLS, "").slice(0, 60) || "shape";
 
-// Returns the error for the visitor. name: of the shape's file.
+/** Returns the error for the visitor. @param {unknown} error @param {string} name of the shape's file */
 const understood = (error, name) => (
     error instanceof TrainingError ? new ModelError(`${name.replace(CONTROLS, "?")}: ${error.message}`) : error
 );
 
-// Shows a line, and a bar unless share is null; and the buttons of this moment. line: "" keeps the one before.
+/** Shows a line, and a bar unless share is null; and the buttons of this moment. line: "" keeps the one before.
+ * @param {string} line @param {number | null} share */
 function update(line, share = null) {
     const {shape, training, result} = state, bar = element("trained"), isIdle = shape && !training;
     if (line) {
         report = line;
-        bar.value = share; // null is 0: a bar of an unknown share would move, and drawing that slows the training down
+        bar.value = share ?? 0; // a bar of an unknown share would move, and drawing that slows the training down
     }
     element("report").textContent = notice || report;
-    element("report").parentElement.hidden = !shape && !training;
+    /** @type {HTMLElement} */ (element("report").parentElement).hidden = !shape && !training;
     bar.hidden = share === null && !training;
     root.toggleAttribute("data-far", Boolean(bar.hidden && result?.isFar));
     const shown = {
@@ -284,18 +299,20 @@ function update(line, share = null) {
     element("pause").textContent = training?.isPaused ? "Go on" : "Pause";
 }
 
+/** @returns {Settings} */
 function chosenSettings() {
-    const form = element("settings"), preset = form.querySelector("input[name=preset]:checked").value;
-    return facts.studio.fixed ?? settingsFrom(preset, Object.fromEntries(new FormData(form)));
+    const texts = /** @type {Record<string, string>} */ (Object.fromEntries(new FormData(element("settings"))));
+    return /** @type {Settings | null} */ (facts.studio.fixed) ?? settingsFrom(texts.preset, texts);
 }
 
+/** @param {string} preset */
 function fillSettings(preset) {
     const {levels, seconds} = facts.studio.presets[preset];
-    Object.assign(element("settings").elements.levels, {value: levels});
-    Object.assign(element("settings").elements.seconds, {value: String(seconds)});
+    inputs.levels.value = levels;
+    inputs.seconds.value = String(seconds);
 }
 
-// Returns an action of a button that shows its errors.
+/** Returns an action of a button that shows its errors. @param {() => unknown} action */
 const guarded = (action) => () =>
     Promise.resolve().then(action).catch((error) => {
         if (error instanceof ModelError) say(error.message);
@@ -310,7 +327,7 @@ function wireStudio() {
     const choices = Object.entries(facts.studio.presets).map(([value, {label}]) => ({value, label}));
     fillChoices(element("preset"), choices, facts.studio.preset, fillSettings);
     fillSettings(facts.studio.preset);
-    element("settings").elements.crease.placeholder = facts.studio.crease;
+    inputs.crease.placeholder = String(facts.studio.crease);
     const buttons = {
         choose: () => element("file").click(),
         another: () => element("file").click(),
@@ -319,22 +336,23 @@ function wireStudio() {
         up: turnUp,
         front: setFront,
         pause: () => {
-            state.training.isPaused = !state.training.isPaused;
+            const {training} = state;
+            if (training) training.isPaused = !training.isPaused;
             update("");
         },
         stop: () => {
-            state.training.isStopped = true;
+            if (state.training) state.training.isStopped = true;
         },
     };
     for (const [id, action] of Object.entries(buttons)) element(id).addEventListener("click", guarded(action));
     for (const button of element("examples").querySelectorAll("button")) {
         const question = {example: Number(button.dataset.example)};
-        button.disabled = lacking();
+        button.disabled = lacking() !== "";
         button.addEventListener("click", guarded(() => openAndTrain(question, button.textContent, performance.now())));
     }
     element("settings").addEventListener("submit", (event) => event.preventDefault());
-    element("more").addEventListener("keydown", ({key, currentTarget}) => {
-        currentTarget.open &&= key !== "Escape";
+    element("more").addEventListener("keydown", ({key}) => {
+        element("more").open &&= key !== "Escape";
     });
     addEventListener("beforeunload", (event) => {
         if (state.training || (state.result && !state.result.isSaved)) event.preventDefault();
@@ -346,16 +364,17 @@ function wireStudio() {
 // Offers what the last visit left.
 async function offerKept() {
     const record = await kept(), button = element("resume");
+    const offer = /** @type {HTMLElement} */ (button.parentElement);
     if (!record) return;
     button.textContent = `Go on with ${record.name}`;
-    button.parentElement.hidden = false;
-    button.disabled = lacking();
+    offer.hidden = false;
+    button.disabled = lacking() !== "";
     button.addEventListener("click", guarded(() => resume(record)));
     element("forget").addEventListener(
         "click",
         guarded(async () => {
             await forget();
-            button.parentElement.hidden = true;
+            offer.hidden = true;
         }),
     );
 }

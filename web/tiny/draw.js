@@ -5,17 +5,19 @@
 // Returns the next whole numbers of the weights, as web/tiny_page.py writes them: nothing for zeros, one byte each, or
 // all high bytes before all low bytes.
 let at = packed.indexOf(0) + 1;
+/** @param {number} count @param {number} half */
 function numbers(count, half) {
-    const size = half && 1 + (half > 127), from = at;
+    const size = half && 1 + /** @type {any} */ (half > 127), from = at;
     at += size * count;
-    const signed = (k) => packed[from + k] << 24 >> 24;
+    const signed = (/** @type {number} */ k) => packed[from + k] << 24 >> 24;
     return Array.from(
         {length: count},
         (_, k) => (size > 1 ? 256 * signed(k) + packed[from + count + k] : size && signed(k)),
     );
 }
 
-// Returns the sum of products of a layer's rows with the input. rows: 4 gives mat4, 1 gives vec4.
+/** Returns the sum of products of a layer's rows with the input. rows: 4 gives mat4, 1 gives vec4.
+ * @param {number[]} matrix @param {number} columns @param {number} row @param {number} rows */
 const sum = (matrix, columns, row, rows) =>
     Array.from({length: columns / 4}, (_, i) => {
         const block = Array.from(
@@ -45,14 +47,27 @@ const functions = NETWORKS.map(([type, name, layers, outputs]) => {
 // middle up and down, straight into the canvas. Their numbers follow the device, at some 50 ms for each coarse picture or
 // group of rows, or part of a row. The first picture has 1,000 pixels: a driver resets a GPU that draws for seconds.
 const [label] = document.body.childNodes, canvas = document.createElement("canvas");
-const gl = canvas.getContext("webgl2", {antialias: false, preserveDrawingBuffer: true}),
-    place = (name) => gl.getUniformLocation(program, name);
+const gl = /** @type {WebGL2RenderingContext} */ (
+    canvas.getContext("webgl2", {antialias: false, preserveDrawingBuffer: true})
+);
+const place = (/** @type {string} */ name) => gl.getUniformLocation(program, name);
 canvas.style.cssText = "position:fixed;inset:0;width:100%;height:100%;z-index:-1;touch-action:none;pointer-events:auto";
-let [azimuth, elevation] = VIEW, zoom = 1, turns = !matchMedia("(prefers-reduced-motion:reduce)").matches;
-const moves = MOVES && turns, light = matchMedia("(prefers-color-scheme:light)").matches * .6;
-let program, buffer, pixels, fence, scale, rows, column, drawn, isAsked, isRough, last = 0;
-// drawn: 0, or 1 + fine rows above the middle; column: where the next begins. steady: pieces since the context was lost.
-let steady = 99; // a whole picture is many
+let [azimuth, elevation] = VIEW, zoom = 1;
+let turns = /** @type {any} */ (!matchMedia("(prefers-reduced-motion:reduce)").matches);
+const moves = MOVES && turns, light = /** @type {any} */ (matchMedia("(prefers-color-scheme:light)").matches) * .6;
+// drawn: 0, or 1 + fine rows above the middle; column: where the next begins.
+let /** @type {WebGLProgram} */ program,
+    /** @type {WebGLFramebuffer} */ buffer,
+    /** @type {WebGLRenderbuffer} */ pixels;
+let /** @type {WebGLSync | null} */ fence,
+    /** @type {number | boolean} */ isAsked,
+    /** @type {number | boolean} */ isRough;
+let /** @type {number} */ scale,
+    /** @type {number} */ rows,
+    /** @type {number} */ column,
+    /** @type {number} */ drawn,
+    last = 0;
+let steady = 99; // pieces since the context was lost; a whole picture is many
 
 function start() {
     document.body.style.cssText =
@@ -61,15 +76,15 @@ function start() {
     try {
         program = gl.createProgram();
         for (
-            const [kind, text] of [
+            const [kind, text] of /** @type {[number, string][]} */ ([
                 [
                     gl.VERTEX_SHADER,
                     "#version 300 es\nvoid main(){gl_Position=vec4(gl_VertexID%2*4-1,gl_VertexID/2*4-1,0,1);}",
                 ],
                 [gl.FRAGMENT_SHADER, SHADER.replace("@", functions)],
-            ]
+            ])
         ) {
-            const shader = gl.createShader(kind);
+            const shader = /** @type {WebGLShader} */ (gl.createShader(kind));
             gl.shaderSource(shader, text);
             gl.compileShader(shader);
             gl.attachShader(program, shader);
@@ -97,7 +112,9 @@ function fit() {
     redraw();
 }
 
-// Draws a rectangle, from pixel (left, from) on, of a picture.
+/** Draws a rectangle, from pixel (left, from) on, of a picture.
+ * @param {WebGLFramebuffer | null} target @param {number} width @param {number} height @param {number} left
+ * @param {number} from @param {number} columns @param {number} count @param {number} samples */
 function draw(target, width, height, left, from, columns, count, samples) {
     gl.bindFramebuffer(gl.FRAMEBUFFER, target);
     gl.scissor(left, from, columns, count);
@@ -106,6 +123,7 @@ function draw(target, width, height, left, from, columns, count, samples) {
     gl.drawArrays(gl.TRIANGLES, 0, 3);
 }
 
+/** @param {number} now */
 function frame(now) {
     isAsked = false;
     if (fence && gl.getSyncParameter(fence, gl.SYNC_STATUS) === gl.UNSIGNALED) return ask();
@@ -116,7 +134,7 @@ function frame(now) {
     last = now;
     isRough = turns || moves || !drawn || isRough && speed > 2 && scale < 1; // fine rows begin once the scale is known
     if (isRough) {
-        const coarse = [Math.ceil(width * scale), Math.ceil(height * scale)];
+        /** @type {[number, number]} */ const coarse = [Math.ceil(width * scale), Math.ceil(height * scale)];
         draw(buffer, ...coarse, 0, 0, coarse[0] + 1, coarse[1] + 1, 1); // stretching reads one more row and column
         gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, null);
         gl.scissor(0, 0, width, height);
@@ -159,12 +177,14 @@ canvas.addEventListener("webglcontextrestored", start);
 start();
 
 // Controls: one finger or button, or an arrow key, turns; two fingers or the wheel zoom.
-const fingers = new Map(), gap = ([one, other]) => Math.hypot(one.x - other.x, one.y - other.y);
-const zoomBy = (factor) => {
+/** @type {Map<number, PointerEvent>} */ const fingers = new Map(),
+    gap = (/** @type {PointerEvent[]} */ [one, other]) => Math.hypot(one.x - other.x, one.y - other.y);
+const zoomBy = (/** @type {number} */ factor) => {
     zoom = Math.min(Math.max(zoom * factor, .3), 20);
     redraw();
 };
-function turn(x, y) { // by pixels
+/** @param {number} x @param {number} y pixels */
+function turn(x, y) {
     const angle = 3.14 / Math.min(innerWidth, innerHeight);
     azimuth -= angle * x;
     elevation = Math.min(Math.max(elevation + angle * y, -1.4), 1.4);
@@ -174,20 +194,20 @@ function turn(x, y) { // by pixels
 onkeydown = ({keyCode}) => { // 37 to 40: left, up, right, down
     if (keyCode > 36 && keyCode < 41) turn(40 * ((38 - keyCode) % 2), 40 * ((39 - keyCode) % 2));
 };
-canvas.onpointerdown = (event) => {
+canvas.onpointerdown = (/** @type {PointerEvent} */ event) => {
     canvas.setPointerCapture(event.pointerId);
     fingers.set(event.pointerId, event);
     turns = false;
 };
-canvas.onpointerup = canvas.onpointercancel = ({pointerId}) => fingers.delete(pointerId);
-canvas.onpointermove = (event) => {
+canvas.onpointerup = canvas.onpointercancel = (/** @type {PointerEvent} */ {pointerId}) => fingers.delete(pointerId);
+canvas.onpointermove = (/** @type {PointerEvent} */ event) => {
     const was = fingers.get(event.pointerId), before = [...fingers.values()];
     if (!was) return;
     fingers.set(event.pointerId, event);
     if (before.length > 1) zoomBy(gap([...fingers.values()]) / gap(before));
     else turn(event.x - was.x, event.y - was.y);
 };
-canvas.onwheel = (event) => {
+canvas.onwheel = (/** @type {WheelEvent} */ event) => {
     event.preventDefault();
     zoomBy(Math.exp(-event.deltaY / 500));
 };

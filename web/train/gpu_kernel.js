@@ -1,12 +1,14 @@
 import {FACTORS, parameterCount, SAMPLE} from "../kernel/kernel.js";
+/** @import {StepQuestion} from "./optimize.js" */
 
 // A network in the WebGPU kernel (kernel/step.wgsl).
 const POINTS = 32; // of a tile
 const REDUCED = 256; // vectors of four sums that a pair of work groups reduces
 
-// Returns {step, destroy}, or null where there is no GPU, or only one in software. isForced: takes that one, too.
-// source: the kernel's text. on: number of the samples on the surface, the first of each `share` of a batch of `count`.
-// step: takes arrays of `share` samples, and {weights, factors}; returns {gradient, loss, meanF}, as the workers' step.
+/** Returns null where there is no GPU, or only one in software. isForced: takes that one, too. step: as the workers'
+ * step, but takes their samples, too. @param {string} source the kernel's text @param {KernelNetwork} network
+ * @param {Record<"count" | "share" | "on", number>} batch of `count` samples: of each `share` of them, the first `on`
+ * are on the surface @param {boolean} [isForced] */
 export async function gpuKernel(source, {width, depth, outputs}, {count, share, on}, isForced) {
     const adapter = await navigator.gpu?.requestAdapter({powerPreference: "high-performance"});
     if (!adapter || (adapter.info?.isFallbackAdapter && !isForced)) return null;
@@ -25,8 +27,9 @@ export async function gpuKernel(source, {width, depth, outputs}, {count, share, 
     const {UNIFORM, STORAGE, COPY_DST, COPY_SRC, MAP_READ} = GPUBufferUsage;
     const uniform = new Float32Array(FACTORS.length + 4);
     new Uint32Array(uniform.buffer).set([count, share, on], FACTORS.length + 1);
+    /** @param {number} size of floats @param {number} usage */
     const buffer = (size, usage) => device.createBuffer({size: 4 * size, usage});
-    const input = (size, usage = STORAGE) => buffer(size, usage | COPY_DST);
+    const input = (/** @type {number} */ size, usage = STORAGE) => buffer(size, usage | COPY_DST);
     const buffers = [
         input(uniform.length, UNIFORM),
         input(SAMPLE * count),
@@ -37,6 +40,7 @@ export async function gpuKernel(source, {width, depth, outputs}, {count, share, 
     ];
     const result = input(sums, MAP_READ), entries = buffers.map((own, binding) => ({binding, resource: {buffer: own}}));
     const bound = device.createBindGroup({layout: pipeline.getBindGroupLayout(0), entries});
+    /** @param {Float32Array[]} samples @param {StepQuestion} question */
     const step = async (samples, {weights, factors}) => {
         uniform.set([...FACTORS, "smoothness"].map((name) => factors[name] ?? 0));
         queue.writeBuffer(buffers[0], 0, uniform);

@@ -1,17 +1,24 @@
 import {DISTANCE, NORMAL, SAMPLE, VALUE} from "../kernel/kernel.js";
 import {LACK} from "../model/constants.js";
 import {bare, filtered, join} from "./sampling.js";
+/** @import {TrainingShape} from "../shape/surface.js" */
 
 // Hard-example mining: samples off the surface where the level under training is badly wrong (trainer/mining.py, without
 // its thin features).
 
-// Returns hard samples, with value and gradient of the levels before, and with their distances.
-// level: {isFirst, delta, near, addFrozen, addLevel}: delta of the level before, or of level 1's shell; near: distance
-// from the surface below which f may exceed the distance; addFrozen: adds the levels before to rows, infinite outside
-// their bands; addLevel: adds the level under training. earlier: hard samples of the last time, may be empty. count:
-// most candidates of each kind. config: {sampling, mining}, parts of trainer/config.py.
+/** delta: of the level before, or of level 1's shell; near: distance from the surface below which f may exceed the
+ * distance; addFrozen: adds the levels before to rows, infinite outside their bands; addLevel: adds the level under
+ * training. @typedef {{isFirst: boolean, delta: number, near: number, addFrozen: (rows: Float32Array) => void,
+ *     addLevel: (rows: Float32Array) => void}} MinedLevel */
+
+/** Returns hard samples, with value and gradient of the levels before, and with their distances.
+ * @param {TrainingShape} shape @param {MinedLevel} level
+ * @param {Float32Array} earlier hard samples of the last time, may be empty
+ * @param {number} count most candidates of each kind @param {Pick<Config, "sampling" | "mining">} config
+ * @param {() => number} random */
 export function hardSamples(shape, level, earlier, count, {sampling, mining}, random) {
     const {isFirst, delta, near, addFrozen, addLevel} = level, {excess} = mining;
+    /** @param {Float32Array} rows @param {number} reach */
     const shifted = (rows, reach) => {
         for (let at = 0; at < rows.length; at += SAMPLE)
             for (let k = 0; k < 3; ++k) rows[at + k] += (2 * random() - 1) * reach;

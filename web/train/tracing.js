@@ -3,16 +3,20 @@ import {DELTA_FACTOR} from "../model/constants.js";
 
 // Longest safe steps of sphere tracing, measured along rays: no step may pass through the shape (trainer/tracing.py).
 
-// Measures the step bounds of each level where the last is traced, and the largest |grad f| along the rays.
-// evaluate: fills value and gradient of the nested field (Eq. 3) at rows, and returns the level of each, from 0. deltas:
-// of the levels; aims: rows on the surface; random: returns numbers in [0, 1); config: `TracingConfig` of
-// trainer/config.py. Returns {bounds, steepest}.
+/** Fills value and gradient of the nested field (Eq. 3) at rows, and returns the level of each, from 0.
+ * @typedef {(rows: Float32Array) => Uint8Array} Evaluate */
+/** @typedef {{aim: Vector, direction: Vector}} Ray
+ * @typedef {{t: number, f: number, level: number, slope: number}} RaySample */
+
+/** Measures the step bounds of each level where the last is traced, and the largest |grad f| along the rays.
+ * @param {Evaluate} evaluate @param {number[]} deltas of the levels @param {Float32Array} aims rows on the surface
+ * @param {() => number} random @param {TracingConfig} config */
 export function traced(evaluate, deltas, aims, random, config) {
     const last = deltas.length - 1, offsets = deltas.map((delta, i) => (i < last ? delta / DELTA_FACTOR : 0));
     const bounds = deltas.map(() => 1);
     let rays = firstRays(evaluate, aims, random, config), steepest = 0;
     for (let round = 0, spread = 1; round <= config.rounds; ++round, spread /= 2) {
-        const worst = deltas.map(() => []);
+        const worst = deltas.map(() => /** @type {{ratio: number, end: number, ray: Ray}[]} */ ([]));
         for (const [ray, samples] of follow(evaluate, offsets, rays, 1 + deltas[last], config).entries()) {
             steepest = samples.reduce(
                 (most, {level, slope}) => (level === last ? Math.max(most, slope) : most),
@@ -31,7 +35,8 @@ export function traced(evaluate, deltas, aims, random, config) {
     return {bounds: bounds.map((bound) => Math.max(config.least_bound, Math.floor(1000 * bound) / 1000)), steepest};
 }
 
-// Draws rays past points of the surface in all directions, and rays from points in the ball down to the surface.
+/** Draws rays past points of the surface in all directions, and rays from points in the ball down to the surface.
+ * @param {Evaluate} evaluate @param {Float32Array} aims @param {() => number} random @param {TracingConfig} config */
 function firstRays(evaluate, aims, random, config) {
     const within = new Float32Array(aims.length), rays = [];
     for (let at = 0; at < within.length; at += SAMPLE) {
@@ -50,6 +55,8 @@ function firstRays(evaluate, aims, random, config) {
     return rays;
 }
 
+/** @param {Vector} aim @param {Vector} direction @param {number} spread @param {() => number} random
+ * @param {TracingConfig} config @returns {Ray} */
 function varied(aim, direction, spread, random, {aside, turn}) {
     return {
         aim: aim.map((c) => c + spread * aside * normalNumber(random)),
@@ -57,10 +64,11 @@ function varied(aim, direction, spread, random, {aside, turn}) {
     };
 }
 
-// Samples the field along rays through the ball of a radius, densely where it is near zero. Returns for each ray its
-// samples {t, f, level, slope}, in order.
+/** Samples the field along rays through the ball of a radius, densely where it is near zero. Returns each ray's
+ * samples, in order. @param {Evaluate} evaluate @param {number[]} offsets @param {Ray[]} rays @param {number} radius
+ * @param {TracingConfig} config */
 function follow(evaluate, offsets, rays, radius, config) {
-    const paths = rays.map(() => []),
+    const paths = rays.map(() => /** @type {RaySample[]} */ ([])),
         places = rays.map(({aim, direction}, ray) => {
             const middle = dotProduct(aim, direction),
                 half = Math.sqrt(middle ** 2 - dotProduct(aim, aim) + radius ** 2);
@@ -84,9 +92,10 @@ function follow(evaluate, offsets, rays, radius, config) {
     return paths;
 }
 
-// Finds, of each level, the sample outside the shape from which sphere tracing may step the least before it has passed
-// through the next stretch inside. inside: share of that stretch that a step may reach. Returns {end, ratio} of each
-// level: the place of that step's latest end, and its length relative to that of sphere tracing; else infinite.
+/** Finds, of each level, the sample outside the shape from which sphere tracing may step the least before it has passed
+ * through the next stretch inside. Returns {end, ratio} of each level: the place of that step's latest end, and its
+ * length relative to that of sphere tracing; else infinite. @param {RaySample[]} samples @param {number[]} offsets
+ * @param {number} inside share of that stretch that a step may reach */
 function limits(samples, offsets, inside) {
     const found = offsets.map(() => ({end: 0, ratio: Infinity}));
     let end = null, exit = null;
@@ -108,15 +117,18 @@ function limits(samples, offsets, inside) {
     return found;
 }
 
+/** @type {(aim: Vector, direction: Vector, t: number) => Vector} */
 const along = (aim, direction, t) => aim.map((c, k) => c + t * direction[k]);
+/** @type {(a: Vector, b: Vector) => number} */
 const dotProduct = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 
+/** @param {Vector} v */
 function unitVector(v, length = 1) {
     const factor = length / Math.max(Math.hypot(...v), 1e-12);
     return v.map((c) => c * factor);
 }
 
-// Draws a normal random number (Box and Muller).
+/** Draws a normal random number (Box and Muller). @param {() => number} random */
 function normalNumber(random) {
     return Math.sqrt(-2 * Math.log(1 - random())) * Math.cos(2 * Math.PI * random());
 }

@@ -13,15 +13,14 @@ import {compiling, element, fail, isExpected, root, say, setState, uncover} from
 import {afterLoss, reduced, reportLoss, reportRestored} from "./recovery.js";
 import {center, draw, goTo, halt, options, renderer, set} from "./view.js";
 
-// `current` is the page's model or a dropped model: {model, isOwn, probes, storage, sha256, memory, whole}. isOwn: the page
-// opens with it. storage: of the second variant; "texture" without a second variant. sha256: of the model, or "". whole: the same object with
-// all levels; only after the driver failed at them. `next` replaces `current` when a lost context is restored. Both are
-// null in a page without a model, until a file is dropped.
-let current = null, next = null;
-let openShape = (files) => refuseShape(files, WITHOUT_STUDIO); // of files that are the input of a training
-let listFiles = ({files}) => [...files]; // of a drop
-let demandIdle = () => {}; // throws a ModelError where the stage is in use
-let reads = Promise.resolve(); // of the model files so far
+/** @type {Current | null} The page's model or a dropped model; null in a page without a model, until a file is dropped. */
+let current = null;
+/** @type {Current | null} What replaces `current` when a lost context is restored. */ let next = null;
+/** @type {(files: File[]) => unknown} Of files that are the input of a training. */
+let openShape = (files) => refuseShape(files, WITHOUT_STUDIO);
+/** @type {(transfer: DataTransfer) => File[] | Promise<File[]>} Of a drop. */ let listFiles = ({files}) => [...files];
+/** @type {(name: string) => void} Throws a ModelError where the stage is in use. */ let demandIdle = () => {};
+/** @type {Promise<unknown>} Of the model files so far. */ let reads = Promise.resolve();
 const MODEL = /\.safetensors$/i;
 const WITHOUT_STUDIO = ", or drop it on the page of: mplicits studio";
 
@@ -40,7 +39,7 @@ export function embedded() {
     });
 }
 
-// Shows a model: fills the page, and hands the model to the renderer.
+/** Shows a model: fills the page, and hands the model to the renderer. @param {Current} chosen */
 export async function start(chosen) {
     current = next = chosen;
     const {model} = chosen, levels = model.levels.length;
@@ -66,24 +65,27 @@ export async function start(chosen) {
     fillChoices(element("shading"), choices, shading, (value) => set({shading: value}));
     showSteps();
     if (renderer.device.lost) return reportLoss(next);
-    reportRestored(current);
-    await load();
+    reportRestored(chosen);
+    await load(chosen);
 }
 
+/** @param {{name: string}} model */
 export function setTitle({name}) {
     document.title = element("name").textContent = name;
     element("shapes").textContent = "";
 }
 
-function load() {
-    const {model, storage, probes: points, memory} = current;
+/** @param {Current} chosen */
+function load({model, storage, probes: points, memory}) {
     compiling();
     draw(true);
     const {unroll} = renderer.device, literal = storage === "texture" ? null : printField(model, storage, unroll);
     return renderer.load(model, printField(model, "texture", unroll), literal, points, memory);
 }
 
-// Shows the model in a file. For an invalid file, shows a message and keeps the old model. files: also those of a shape.
+/** Shows the model in a file. For an invalid file, shows a message and keeps the old model. files: also those of a
+ * shape.
+ * @param {File[]} files */
 export async function openFiles(files) {
     const shape = files.find(({name}) => kindOf(name)),
         file = shape ?? files.find(({name}) => MODEL.test(name)) ?? files[0];
@@ -103,14 +105,14 @@ export async function openFiles(files) {
         await startParsed(model);
     } catch (error) {
         if (!isExpected(error)) fail(error);
-        say(`${printable(file.name)}: ${error.message}`);
+        say(`${printable(file.name)}: ${/** @type {Error} */ (error).message}`);
         if (!isStarted || root.dataset.state !== "compiling") return;
         setState("drawing", "Drawing");
         draw(true);
     }
 }
 
-// Resolves to the bytes of a file, after all files before it: the last one stays on the stage.
+/** Resolves to the bytes of a file, after all files before it: the last one stays on the stage. @param {File} file */
 function readInTurn(file) {
     const bytes = file.arrayBuffer().catch(() => {
         throw new ModelError("cannot be read: it is a folder, or has moved");
@@ -120,12 +122,13 @@ function readInTurn(file) {
     return turn;
 }
 
-// Opens what was dropped. transfer: of the event.
+/** Opens what was dropped. transfer: of the event. @param {DataTransfer} transfer */
 export async function openDropped(transfer) {
     await openFiles(await listFiles(transfer));
 }
 
-// Shows a model of parseModel, which may have a `ground`: the height of its lowest point.
+/** Shows a model of parseModel, which may have a `ground`: the height of its lowest point.
+ * @param {Model & {ground?: number}} model */
 export async function startParsed(model) {
     renderer.device.check(printField(model, "texture").height);
     say("");
@@ -137,39 +140,44 @@ export async function startParsed(model) {
     await start({model: grounded, probes: probes(model), storage: "texture", sha256: "", memory: memoryOf("")});
 }
 
-// Calls `open` with dropped files that are the input of a training, and `demand` before a dropped model is shown. Errors of
-// both become messages. list: returns the files of a drop, from the event's transfer.
+/** Calls `open` with dropped files that are the input of a training, and `demand` before a dropped model is shown.
+ * Errors of both become messages. list: returns the files of a drop, from the event's transfer.
+ * @param {typeof openShape} open @param {typeof listFiles} list
+ * @param {typeof demandIdle} demand */
 export function openShapesWith(open, list, demand) {
     openShape = open;
     listFiles = list;
     demandIdle = demand;
 }
 
-const kindOf = (name) => shared.shapes[name.toLowerCase().match(/\.\w+$/)?.[0]];
+const kindOf = (/** @type {string} */ name) => shared.shapes[name.toLowerCase().match(/\.\w+$/)?.[0] ?? ""];
 
-// Throws a ModelError for files that are the input of a training. more: end of the message for a mesh.
+/** Throws a ModelError for files that are the input of a training. more: end of the message for a mesh.
+ * @param {File[]} files */
 export function refuseShape(files, more = "") {
-    const {name} = files.find((file) => kindOf(file.name)),
-        kind = kindOf(name),
-        end = kind.startsWith("a mesh") ? more : "";
+    const {name} = /** @type {File} */ (files.find((file) => kindOf(file.name)));
+    const kind = kindOf(name), end = kind.startsWith("a mesh") ? more : "";
     throw new ModelError(`${kind}; train it with: mplicits train ${quoted(printable(name))}${end}`);
 }
 
-// Returns a file's name with unprintable characters escaped.
-const printable = (name) => name.replace(/[\p{C}\p{Zl}\p{Zp}]/gu, (c) => `\\u{${c.codePointAt(0).toString(16)}}`);
+/** Returns a file's name with unprintable characters escaped. @param {string} name */
+const printable = (name) =>
+    name.replace(/[\p{C}\p{Zl}\p{Zp}]/gu, (c) => `\\u{${Number(c.codePointAt(0)).toString(16)}}`);
 
-// Quotes a file's name for a shell, as shape_hint in model/checks.py.
+/** Quotes a file's name for a shell, as shape_hint in model/checks.py. @param {string} name */
 function quoted(name) {
     const path = name.startsWith("-") ? `./${name}` : name;
     return /^[\w@%+=:,./-]+$/.test(path) ? path : `'${path.replaceAll("'", `'"'"'`)}'`;
 }
 
 export function showSteps() {
+    if (!current) return;
     const steps = stepsOf(current.model, options);
     element("steps").textContent = steps.join(" · ");
     element("iterations").setAttribute("aria-valuetext", `${steps.join(", ")} steps`);
 }
 
+/** @param {string} shading */
 export function shade(shading) {
     if (shading === "texture" && !current?.model.texture) return;
     choose(element("shading"), shading);
@@ -177,8 +185,9 @@ export function shade(shading) {
     set({shading});
 }
 
+/** @param {number} level */
 export function goToLevel(level) {
-    if (!(level <= current?.model.levels.length)) return;
+    if (!current || level > current.model.levels.length) return;
     choose(element("level"), level);
     choose(element("normals"), null);
     uncover();
@@ -199,10 +208,11 @@ export async function save() {
 }
 
 export async function copy() {
-    await copyShadertoy(shadertoyText(current.model, current.sha256));
+    if (current) await copyShadertoy(shadertoyText(current.model, current.sha256));
 }
 
-// Copies a text for Shadertoy, or the text of a promise, and says what to do with it.
+/** Copies a text for Shadertoy, or the text of a promise, and says what to do with it.
+ * @param {string | Promise<string>} text */
 export async function copyShadertoy(text) {
     await copyText(text);
     say("Copied. On shadertoy.com: New, paste over the text in the Image tab, press play.");
@@ -213,6 +223,7 @@ export function leave() {
     current?.memory.interrupted(null);
 }
 
+/** @param {Event} event */
 export function contextLost(event) {
     event.preventDefault();
     if (!current) return;
@@ -228,6 +239,6 @@ async function restore() {
     renderer.open();
     if (!next) return;
     if (next !== current) return start(next);
-    reportRestored(current);
-    return load();
+    reportRestored(next);
+    return load(next);
 }

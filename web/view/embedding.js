@@ -19,11 +19,11 @@ export const backgroundName = inHash.get("background") ?? "";
 
 // The part of the hash that stays when the camera is written to it.
 export const keptInHash = ["panel", "turntable", "background"].filter((key) => inHash.has(key))
-    .map((key) => `&${key}=${encodeURIComponent(inHash.get(key))}`).join("");
+    .map((key) => `&${key}=${encodeURIComponent(inHash.get(key) ?? "")}`).join("");
 
 // Numbers in a message, with their least and largest values.
 const FARTHEST_TARGET = shared.camera.zoom[1];
-const IN_MESSAGES = {
+/** @type {Record<string, [number, number]>} */ const IN_MESSAGES = {
     azimuth: [-360, 360],
     elevation: [-90, 90],
     distance: shared.camera.zoom,
@@ -31,21 +31,25 @@ const IN_MESSAGES = {
     time: [0, 1],
 };
 
-// Posts a message to the host, if there is one. type: "ready" or "camera".
+/** Posts a message to the host, if there is one. type: "ready" or "camera".
+ * @param {string} type @param {object} numbers */
 export function tellHost(type, numbers) {
     if (parent !== window) parent.postMessage({type: `mplicits-${type}`, ...numbers}, "*");
 }
 
-// Calls back with the numbers in each message of the host, any of {azimuth, elevation, distance, target, level, time}.
-// A message with anything else in it is none.
+/** Calls back with the numbers in each message of the host, any of {azimuth, elevation, distance, target, level,
+ * time}. A message with anything else in it is none.
+ * @param {(numbers: Partial<Camera> & {level?: number, time?: number}) => void} onMessage */
 export function listenToHost(onMessage) {
+    /** @param {number} value @param {number[]} range */
     const isIn = (value, [least, most]) => Number.isFinite(value) && least <= value && value <= most;
-    const isTarget = (target) =>
+    const isTarget = (/** @type {unknown} */ target) =>
         Array.isArray(target) && target.length === 3
         && target.every((c) => isIn(c, [-FARTHEST_TARGET, FARTHEST_TARGET]));
     addEventListener("message", ({source, data}) => {
         if (source !== parent || parent === window || data?.type !== "mplicits-set") return;
-        const {type, ...numbers} = data;
+        const {type: _, ...numbers} = data;
+        /** @param {[string, any]} entry */
         const isRight = (
             [key, value],
         ) => (key === "target" ?

@@ -1,11 +1,18 @@
-// Calls turn, pan, zoom and reset for mouse and touch; pan and zoom may be null. `right` and `up` are shares of the canvas's height. Drag: turn.
-// Drag with the right or middle button, or with shift: pan. Wheel: zoom, where takesWheel(event). One finger turns, two pan and pinch.
-// sideways: pixels that a lone finger first moves to the side, where it scrolls the page up and down.
+/** @typedef {(right: number, up: number) => void} Move */
+
+/** Calls turn, pan, zoom and reset for mouse and touch; pan and zoom may be null. `right` and `up` are shares of the
+ * canvas's height. Drag: turn. Drag with the right or middle button, or with shift: pan. Wheel: zoom, where
+ * takesWheel(event). One finger turns, two pan and pinch. sideways: pixels that a lone finger first moves to the
+ * side, where it scrolls the page up and down.
+ * @param {HTMLElement} canvas
+ * @param {{turn: Move, pan: Move | null, zoom: ((factor: number) => void) | null, reset: () => void,
+ * takesWheel?: (event: WheelEvent) => boolean, sideways?: number}} gestures */
 export function listenToPointers(canvas, {turn, pan, zoom, reset, takesWheel = () => true, sideways = 0}) {
-    const fingers = new Map();
+    /** @type {Map<number, {x: number, y: number, moved?: boolean}>} */ const fingers = new Map();
     const center = () => {
         const all = [...fingers.values()];
-        const mean = (axis) => all.reduce((total, finger) => total + finger[axis], 0) / all.length;
+        const mean = (/** @type {"x" | "y"} */ axis) =>
+            all.reduce((total, finger) => total + finger[axis], 0) / all.length;
         const spread = all.length > 1 ? Math.hypot(all[0].x - all[1].x, all[0].y - all[1].y) : 0;
         return {x: mean("x"), y: mean("y"), spread};
     };
@@ -25,7 +32,7 @@ export function listenToPointers(canvas, {turn, pan, zoom, reset, takesWheel = (
         else turn(right, up);
         if (before.spread && after.spread) zoom?.(before.spread / after.spread);
     });
-    for (const kind of ["pointerup", "pointercancel"])
+    for (const kind of /** @type {const} */ (["pointerup", "pointercancel"]))
         canvas.addEventListener(kind, (event) => fingers.delete(event.pointerId));
     canvas.addEventListener("wheel", (event) => {
         if (!zoom || !takesWheel(event)) return;
@@ -37,11 +44,14 @@ export function listenToPointers(canvas, {turn, pan, zoom, reset, takesWheel = (
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
 }
 
-// Calls actions, an object from keys to functions, except for keys that the focused control uses. target: what gets the keys.
+/** Calls actions, an object from keys to functions, except for keys that the focused control uses. target: what gets
+ * the keys.
+ * @param {Record<string, (event: KeyboardEvent) => void>} actions @param {Window | HTMLElement} target */
 export function listenToKeys(actions, target = window) {
-    target.addEventListener("keydown", (event) => {
+    /** @type {Window} */ (target).addEventListener("keydown", (event) => {
         if (event.ctrlKey || event.metaKey || event.altKey) return;
-        const control = event.target.closest?.("input, button, #light"), isButton = control?.localName === "button";
+        const control = /** @type {Element} */ (event.target).closest?.("input, button, #light"),
+            isButton = control?.localName === "button";
         const isNeeded = control && (isButton ? / / : /^(Arrow|Home|End|Page| )/).test(event.key);
         const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
         if (isNeeded || !Object.hasOwn(actions, key)) return;

@@ -1,11 +1,12 @@
 import {DeviceError} from "../draw/device.js";
 import {ModelError} from "../model/safetensors.js";
 
-// Messages, the status line with its bar, and the state of the page, as data attributes of the root element.
+/** Messages, the status line with its bar, and the state of the page, as data attributes of the root element.
+ * @template {string} Id @param {Id} id */
 export const element = (id) => document.getElementById(id);
 export const root = document.documentElement;
 
-// Shows a message; hides it for an empty text.
+/** Shows a message; hides it for an empty text. @param {string} text */
 export function say(text, closable = true) {
     const box = element("message");
     box.querySelector("p").textContent = text;
@@ -18,9 +19,10 @@ export function dismiss() {
     if (!element("message").querySelector("button").hidden) say("");
 }
 
-// Whether the visitor can understand an error's message.
+/** Whether the visitor can understand an error's message. @param {unknown} error @returns {boolean} */
 export const isExpected = (error) => error instanceof DeviceError || error instanceof ModelError;
 
+/** @param {any} error */
 export function fail(error) {
     const expected = isExpected(error),
         text = expected ? error.message : `Unexpected error in this page: ${error.message}`;
@@ -33,8 +35,9 @@ let line = "", field = "", trial = ""; // parts of the status line
 let isAwaited = true; // whether to announce the next finished picture
 let isOther = false; // whether the view differs from the poster's
 
-// Sets the state: "compiling", "drawing", "still", "lost" or "failed". text: first half of the status line. share:
-// progress for the bar; NaN: unknown, null: no bar.
+/** Sets the state: "compiling", "drawing", "still", "lost" or "failed". text: first half of the status line. share:
+ * progress for the bar; NaN: unknown, null: no bar.
+ * @param {string} state @param {string} text @param {number | null} share */
 export function setState(state, text, share = null) {
     root.dataset.state = state;
     line = text;
@@ -42,7 +45,7 @@ export function setState(state, text, share = null) {
     const bar = element("progress");
     bar.hidden = share === null;
     bar.setAttribute("aria-label", text.split(" · ")[0]);
-    if (share >= 0) bar.setAttribute("aria-valuenow", String(Math.round(100 * share)));
+    if (share !== null && share >= 0) bar.setAttribute("aria-valuenow", String(Math.round(100 * share)));
     else bar.removeAttribute("aria-valuenow");
     bar.style.setProperty("--share", String(share || 0));
 }
@@ -53,7 +56,8 @@ function updateStatus() {
     );
 }
 
-// The text for screen readers: only that a model's first picture begins, and that it is complete.
+/** The text for screen readers: only that a model's first picture begins, and that it is complete.
+ * @param {string} text */
 function announce(text) {
     element("spoken").textContent = text;
 }
@@ -78,9 +82,11 @@ export function drawing() {
     if (root.dataset.state === "still") setState("drawing", "Drawing");
 }
 
+/** @param {number[]} size */
 const dimensions = ([width, height]) => `${width} × ${height}`;
 
 // Callbacks of the renderer.
+/** @type {Omit<Listener, "loaded">} */
 export const listener = {
     frame({milliseconds, size, samples, settled}) {
         const poster = element("poster"), isFiner = size[1] >= poster.naturalHeight || samples > 1 || settled;
@@ -98,7 +104,6 @@ export const listener = {
             isAwaited = false;
         }
     },
-    // Part of the first sample of every pixel is drawn.
     progress(size, share) {
         if (share > 0.5) root.dataset.drawn = "";
         if (root.dataset.state === "compiling") return;
@@ -112,7 +117,6 @@ export const listener = {
         if (root.dataset.state === "compiling") setState("drawing", "Drawing", NaN);
         else updateStatus();
     },
-    // Whether a second variant is being compiled and compared.
     trying(isTried) {
         trial = isTried ? "trying literals" : "";
         updateStatus();

@@ -39,13 +39,14 @@ import {
     zoom,
 } from "./view.js";
 
-// Connects the controls to the view.
+/** Connects the controls to the view. @param {string} name */
 function setBackground(name) {
     const {tone, bottom, top} = BACKGROUNDS[name] ?? plainBackground(name);
     root.dataset.tone = tone;
     set({background: [bottom, top]});
 }
 
+/** @param {boolean} folded */
 function fold(folded) {
     root.classList.toggle("unfolded", !folded);
     element("fold").setAttribute("aria-expanded", String(!folded));
@@ -65,14 +66,18 @@ function wirePanel() {
     const first = isKnown ? backgroundName : usual;
     fillChoices(element("background"), swatches, first, setBackground);
     setBackground(first);
-    const scales = [["auto", "Auto"], [1, "1"], [0.5, "½"], [0.25, "¼"]].map(([value, label]) => ({value, label}));
+    const scales = /** @type {[Options["resolution"], string][]} */ (
+        [["auto", "Auto"], [1, "1"], [0.5, "½"], [0.25, "¼"]]
+    ).map(([value, label]) => ({value, label}));
     fillChoices(element("resolution"), scales, "auto", (resolution) => set({resolution}));
     lightBall(element("light"), options.light, (light) => set({light}, true));
     element("iterations").addEventListener("input", ({target}) => {
-        set({iterations: 2 ** Number(target.value)}, true);
+        set({iterations: 2 ** Number(/** @type {HTMLInputElement} */ (target).value)}, true);
         showSteps();
     });
-    element("time").addEventListener("input", ({target}) => seek(Number(target.value)));
+    element("time").addEventListener("input", ({target}) => (
+        seek(Number(/** @type {HTMLInputElement} */ (target).value))
+    ));
     element("panel").addEventListener("input", uncover, {capture: true});
     element("panel").addEventListener("submit", (event) => event.preventDefault());
 }
@@ -92,14 +97,16 @@ function wireButtons() {
     for (const [id, action] of Object.entries(buttons)) element(id).addEventListener("click", action);
     element("message").querySelector("button").addEventListener("click", dismiss);
     element("file").addEventListener("change", ({target}) => {
-        openFiles([...target.files]);
-        target.value = "";
+        const input = /** @type {HTMLInputElement & {files: FileList}} */ (target);
+        openFiles([...input.files]);
+        input.value = "";
     });
     listenToDrops(element("drop"), openDropped);
 }
 
 function wireGestures() {
     listenToPointers(canvas, {turn, pan, zoom, reset});
+    /** @type {(right: number, up: number) => (event: KeyboardEvent) => void} */
     const arrow = (right, up) => ({shiftKey}) => (
         shiftKey ? pan(-0.05 * right, -0.05 * up) : turn(-right / 36, -up / 36)
     );

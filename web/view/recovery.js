@@ -8,8 +8,9 @@ const WAIT = 12000; // milliseconds until the page reports that the context stay
 const MOST_LOSSES = 5, SPAN = 60000; // losses within so many milliseconds after which the model comes back
 let waiting = 0, losses = 0;
 
-// Returns what to show after the context is restored, or null. current: see current_model.js. variant: the last variant,
-// or null.
+/** Returns what to show after the context is restored, or null. current: see current_model.js. variant: the last
+ * variant, or null.
+ * @param {Current} current @param {Variant | null} variant */
 export function afterLoss(current, variant) {
     const {model: {levels}, memory} = current, isTrial = memory.read() === "trying";
     memory.interrupted("texture");
@@ -27,7 +28,7 @@ export function afterLoss(current, variant) {
     return reduced(current);
 }
 
-// Limits a model to the number of levels in its memory.
+/** Limits a model to the number of levels in its memory. @param {Current} current @returns {Current} */
 export function reduced(current) {
     const whole = current.whole ?? current, {levels} = whole.model, count = current.memory.levels;
     if (count >= levels.length) return current;
@@ -37,11 +38,12 @@ export function reduced(current) {
     return {...whole, whole, model, probes: probes(model), storage: "texture"};
 }
 
-// Reports the lost context, and after a while that it stays lost. next: from afterLoss.
+/** Reports the lost context, and after a while that it stays lost. next: from afterLoss.
+ * @param {Current | null} next */
 export function reportLoss(next) {
     const poster = element("poster"), hasPoster = poster && !poster.hidden;
     const picture = "you see the picture that travels in the page";
-    const giveUp = (text) => {
+    const giveUp = (/** @type {string} */ text) => {
         setState("failed", "");
         say(`${text} ${hasPoster ? `Now ${picture}. ` : ""}Reload the page to try again.`, false);
     };
@@ -56,7 +58,7 @@ export function reportLoss(next) {
     waiting = setTimeout(() => giveUp("The graphics driver was reset and did not come back."), WAIT);
 }
 
-// Reports levels that were removed, or hides the message.
+/** Reports levels that were removed, or hides the message. @param {Current} current */
 export function reportRestored({model, whole}) {
     clearTimeout(waiting);
     const count = model.levels.length;
