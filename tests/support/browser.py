@@ -31,6 +31,14 @@ _DROP = """([bytes, name]) => {
     for (const kind of ["dragover", "drop"])
         document.body.dispatchEvent(new DragEvent(kind, {dataTransfer: transfer, bubbles: true, cancelable: true}));
 }"""
+_LOSE = """() => {
+    window.loss ??= document.getElementById("view").getContext("webgl2").getExtension("WEBGL_lose_context");
+    window.loss.loseContext();
+}"""
+_RESTORE = """() => new Promise((done) => {
+    document.getElementById("view").addEventListener("webglcontextrestored", () => done(), {once: true});
+    setTimeout(() => window.loss.restoreContext(), 50);
+})"""
 _FOLLOW = """hash => new Promise(done => {
     if (location.hash === hash) return done();
     addEventListener("hashchange", () => done(), {once: true});
@@ -99,6 +107,20 @@ class Visit:
     def drop(self, data: bytes, name: str) -> None:
         """Drop a file on the page."""
         self.page.evaluate(_DROP, [list(data), name])
+
+    def lose_context(self) -> None:
+        """Lose the context of the canvas."""
+        self.page.evaluate(_LOSE)
+
+    def restore_context(self) -> None:
+        """Restore the lost context."""
+        self.page.evaluate(_RESTORE)
+
+    def violations(self) -> list[str]:
+        """Return the violations that axe-core finds in the current page, including its best practices."""
+        axe = needs.package("axe_playwright_python.sync_playwright")
+        found: list[dict[str, Any]] = axe.Axe().run(self.page).response["violations"]
+        return [f"{one['id']}: {node['html']}" for one in found for node in one["nodes"]]
 
     def message(self) -> str:
         """Return the visible message, or an empty text."""

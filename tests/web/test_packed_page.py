@@ -30,7 +30,6 @@ from support import needs
 from support.browser import PATIENCE, visit
 from support.firefox import firefox
 from support.page_pictures import MODEL
-from support.random_model import random_model
 from support.unpacked import tiny_script, unpacked
 
 if TYPE_CHECKING:
@@ -146,16 +145,6 @@ def test_the_packed_page_draws_the_same_model(browser: "Browser", tmp_path: Path
         visited.page.go_back()
         visited.until(f"'ready' in {STATE}")
         assert visited.camera()["panel"] == "0"
-        assert visited.console == []
-
-
-def test_a_packed_page_in_a_frame(browser: "Browser", tmp_path: Path) -> None:
-    (tmp_path / "packed.html").write_text(page.standalone(random_model((4, 0)), poster=False), encoding="utf-8")
-    (tmp_path / "host.html").write_text('<iframe src="packed.html#panel=0" sandbox="allow-scripts"></iframe>')
-    with visit(browser, tmp_path / "host.html", share=0.1) as visited:
-        frame = visited.page.frames[1]
-        frame.wait_for_function(f"() => 'drawn' in {STATE}")
-        assert not frame.is_visible("#fold")
         assert visited.console == []
 
 

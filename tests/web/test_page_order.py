@@ -112,14 +112,11 @@ def test_nothing_is_saved_of_a_lost_context(browser: "Browser", page_file: Path)
         visited.still()
         downloads = list[str]()
         visited.page.on("download", lambda download: downloads.append(download.url))
-        visited.page.evaluate("""() => {
-            window.extension = document.getElementById("view").getContext("webgl2").getExtension("WEBGL_lose_context");
-            window.extension.loseContext();
-        }""")
+        visited.lose_context()
         visited.until("document.documentElement.dataset.state === 'lost'")
         visited.page.keyboard.press("s")
         visited.until("!document.getElementById('save').disabled")
-        visited.page.evaluate("window.extension.restoreContext()")
+        visited.restore_context()
         visited.still()
         assert visited.saved().std() > 5
         assert (len(downloads), visited.console) == (1, [])

@@ -23,13 +23,10 @@ def test_the_picture_comes_back_with_a_lost_context(browser: "Browser", page_fil
     with visit(browser, page_file, hash_="#az=100&el=-10") as visited:
         visited.still()
         before = visited.saved()
-        visited.page.evaluate("""() => {
-            window.extension = document.getElementById("view").getContext("webgl2").getExtension("WEBGL_lose_context");
-            window.extension.loseContext();
-        }""")
+        visited.lose_context()
         visited.page.wait_for_selector("#message:not([hidden])")
         assert visited.message().startswith("The graphics driver was reset.")
-        visited.page.evaluate("window.extension.restoreContext()")
+        visited.restore_context()
         visited.page.wait_for_selector("#message", state="hidden")
         visited.still()
         assert not differ(visited.saved(), before)
@@ -41,15 +38,12 @@ def test_a_lost_context_is_reported_and_may_come_back_late(browser: "Browser", t
     file.write_text(changed_page(MODEL, [("const WAIT = 12000;", "const WAIT = 300;")], shade="phong"))
     with visit(browser, file) as visited:
         visited.still()
-        visited.page.evaluate("""() => {
-            window.extension = document.getElementById("view").getContext("webgl2").getExtension("WEBGL_lose_context");
-            window.extension.loseContext();
-        }""")
+        visited.lose_context()
         visited.until("document.documentElement.dataset.state === 'failed'")
         assert "did not come back. Now you see the picture that travels in the page. Reload" in visited.message()
         assert visited.page.is_visible("#poster")
         assert visited.page.evaluate("getComputedStyle(document.getElementById('view')).opacity") == "0"
-        visited.page.evaluate("window.extension.restoreContext()")
+        visited.restore_context()
         visited.still()
         assert (visited.message(), visited.console) == ("", [])
 
@@ -173,14 +167,6 @@ WebGL2RenderingContext.prototype.getParameter = function (name) {
 
 
 NOTHING = "WebGL2RenderingContext.prototype.create%s = () => null;"
-LOSE = """() => {
-    const context = document.getElementById("view").getContext("webgl2");
-    const lost = context.getExtension("WEBGL_lose_context");
-    const restored = new Promise((done) => context.canvas.addEventListener("webglcontextrestored", done, {once: true}));
-    lost.loseContext();
-    setTimeout(() => lost.restoreContext(), 50);
-    return restored.then(() => {});
-}"""
 
 
 @pytest.mark.parametrize(
@@ -214,10 +200,12 @@ def test_a_context_lost_again_and_again_leaves_the_poster(browser: "Browser", pa
     with visit(browser, page_file) as visited:
         visited.still()
         for _ in range(5):
-            visited.page.evaluate(LOSE)
+            visited.lose_context()
+            visited.restore_context()
             visited.still()
         assert visited.message() == ""
-        visited.page.evaluate(LOSE)
+        visited.lose_context()
+        visited.restore_context()
         assert visited.message().startswith("The graphics driver was reset again and again. Now you see")
         assert visited.page.is_visible("#poster")
         assert (visited.root("state"), visited.console) == ("failed", [])
