@@ -127,27 +127,6 @@ def test_the_packed_page_holds_the_page() -> None:
     assert "<title>fitted</title>" in small
 
 
-@pytest.mark.slow
-def test_the_packed_page_draws_the_same_model(browser: "Browser", tmp_path: Path) -> None:
-    file = tmp_path / "packed.html"
-    file.write_text(page.standalone(MODEL, poster=False, shade="phong"), encoding="utf-8")
-    with visit(browser, file, share=0.05, hash_="#az=10&panel=0") as visited:
-        visited.still()
-        assert float(visited.root("error") or "nan") < 5e-6
-        assert visited.page.title() == "fitted"
-        assert visited.page.evaluate("document.compatMode") == "CSS1Compat"
-        assert not visited.page.is_visible("#fold")
-        assert visited.camera() == {"az": "10", "panel": "0"}
-        assert visited.page.evaluate("history.length") == 2, "the blank page, and this"
-        visited.page.reload()
-        visited.until(f"'ready' in {STATE}")
-        visited.page.goto("about:blank")
-        visited.page.go_back()
-        visited.until(f"'ready' in {STATE}")
-        assert visited.camera()["panel"] == "0"
-        assert visited.console == []
-
-
 @pytest.mark.parametrize(
     ("script", "more", "line"),
     [

@@ -172,7 +172,6 @@ NOTHING = "WebGL2RenderingContext.prototype.create%s = () => null;"
 @pytest.mark.parametrize(
     ("init", "replaced", "expected"),
     [
-        ("HTMLCanvasElement.prototype.getContext = () => null;", None, "This browser shows no WebGL2"),
         (SMALL_TEXTURES, None, "this device's largest side is 512"),
         ("", ("Hit ray = traced(", "Hit ray = nothing("), "This device's compiler refuses the shader: ERROR: 0:"),
         *((NOTHING % kind, None, "The graphics driver is out of memory") for kind in ("Shader", "Program", "Texture")),
