@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from mplicits.model.model import Level, Model
-from support.fitted_model import evaluate, fit
+from mplicits.model.model import Model
+from support.fitted_model import evaluate, fit, levels_of
 
 Array = NDArray[np.float64]
 
@@ -52,13 +52,7 @@ def moving_model(widths: tuple[int, int] = (40, 64), textured: bool = True) -> M
     near[:, :3] += rng.normal(0, 0.05, (len(near), 3))
     second = fit(widths[1], 2.5, near, distance(near)[:, None] - evaluate(first, near), rng)
     texture = fit(16, 1.5, surface, colors(surface), rng) if textured else None
-    errors = evaluate(first, surface), evaluate(first, surface) + evaluate(second, surface)
-    deltas = [1.3 * float(np.abs(error).max()) for error in errors]
-    levels = (
-        Level(first, deltas[0], 20, step_bound=0.78, band_step_bound=0.7),
-        Level(second, deltas[1], 5, step_bound=0.75),
-    )
-    return Model("splitting", levels, texture, inputs="xyzt")
+    return Model("splitting", levels_of(first, second, surface), texture, inputs="xyzt")
 
 
 def _on_surface(points: Array) -> Array:
