@@ -142,6 +142,20 @@ class Visit:
         return dict(pair.split("=") for pair in pairs if pair)
 
 
+def held_compilers(condition: str) -> str:
+    """Return a script for `visit`: compilers do not finish while a JavaScript expression is true."""
+    return f"""{{
+        const {{prototype}} = WebGL2RenderingContext, {{getProgramParameter, getSyncParameter}} = prototype;
+        const COMPLETION_STATUS_KHR = 0x91B1, isHeld = () => {condition};
+        prototype.getProgramParameter = function (program, name) {{
+            return !(isHeld() && name === COMPLETION_STATUS_KHR) && getProgramParameter.call(this, program, name);
+        }};
+        prototype.getSyncParameter = function (sync, name) {{ // without KHR_parallel_shader_compile
+            return isHeld() ? this.UNSIGNALED : getSyncParameter.call(this, sync, name);
+        }};
+    }}"""
+
+
 def listen(page: "Page", lines: list[str]) -> None:
     """Record the lines on a page's console, uncaught errors included.
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from mplicits.model.model_file import to_bytes
-from support.browser import Visit, visit
+from support.browser import Visit, held_compilers, visit
 from support.page_pictures import MODEL, remembering
 from support.random_model import random_model
 
@@ -27,20 +27,17 @@ TEXTURE = remembering(MODEL, "texture")
 HOLD = (
     TEXTURE
     + """window.held = window.slow = true;
-const context = WebGL2RenderingContext.prototype, COMPLETION_STATUS_KHR = 0x91B1, times = new WeakMap();
-const {fenceSync, getProgramParameter, getSyncParameter} = context;
-context.getProgramParameter = function (program, name) {
-    return !(window.held && name === COMPLETION_STATUS_KHR) && getProgramParameter.call(this, program, name);
-};
+const context = WebGL2RenderingContext.prototype, times = new WeakMap(), {fenceSync, getSyncParameter} = context;
 context.fenceSync = function (...values) {
     const sync = fenceSync.apply(this, values);
     times.set(sync, performance.now());
     return sync;
 };
 context.getSyncParameter = function (sync, name) {
-    const isEarly = window.held || window.slow && performance.now() - times.get(sync) < 30;
+    const isEarly = window.slow && performance.now() - times.get(sync) < 30;
     return isEarly ? this.UNSIGNALED : getSyncParameter.call(this, sync, name);
 };"""
+    + held_compilers("window.held")
 )
 """Compilers never finish while `held` is set, and each draw takes 30 ms while `slow` is set; no literals."""
 WATCH = """() => {

@@ -8,7 +8,7 @@ import pytest
 
 from mplicits.bake.registry import TARGETS
 from mplicits.model.model_file import save
-from support.browser import visit
+from support.browser import held_compilers, visit
 from support.changed_page import changed_page
 from support.page_pictures import MODEL, differ, remembering
 from support.random_model import random_model
@@ -135,24 +135,14 @@ def test_the_faster_variant_is_kept_and_remembered(browser: "Browser", page_file
             assert visited.root("storage") == expected
 
 
-UNFINISHED = """const context = WebGL2RenderingContext.prototype, {getProgramParameter, getSyncParameter} = context;
-const COMPLETION_STATUS_KHR = 0x91B1, isTried = () => localStorage.getItem("%s") === "trying";
-context.getProgramParameter = function (program, name) {
-    return !(name === COMPLETION_STATUS_KHR && isTried()) && getProgramParameter.call(this, program, name);
-};
-context.getSyncParameter = function (sync, name) { // without KHR_parallel_shader_compile
-    return isTried() ? this.UNSIGNALED : getSyncParameter.call(this, sync, name);
-};"""
-"""The literals' compiler never finishes; %s: the key in localStorage that holds the trial."""
-
-
 def test_opening_another_model_while_the_literals_compile_does_not_count_as_their_failure(
     browser: "Browser", page_file: Path, tmp_path: Path
 ) -> None:
     key = f"mplicits {MODEL.sha256()}"
     save(random_model((4, 0), name="other"), tmp_path / "other.safetensors")
-    with visit(browser, page_file, script=UNFINISHED % key) as visited:
-        visited.until(f"localStorage.getItem('{key}') === 'trying'")
+    trial = f"localStorage.getItem('{key}') === 'trying'"
+    with visit(browser, page_file, script=held_compilers(trial)) as visited:
+        visited.until(trial)
         visited.page.set_input_files("#file", tmp_path / "other.safetensors")
         visited.until("document.title === 'other'")
         assert visited.page.evaluate("key => localStorage.getItem(key)", key) is None
