@@ -38,7 +38,7 @@ def colors(points: Array) -> Array:
     return np.asarray((1 - time) * stripes + time * own, float)
 
 
-def moving_model(widths: tuple[int, int] = (40, 64), textured: bool = True) -> Model:
+def moving_model(widths: tuple[int, int] = (40, 64)) -> Model:
     """Fit two levels of these widths without hidden N -> N layers, and a 16x0 texture, to the ball that splits.
 
     The deltas are those of Eq. 5 over all times; the step bounds differ, so that a mix-up shows.
@@ -51,7 +51,7 @@ def moving_model(widths: tuple[int, int] = (40, 64), textured: bool = True) -> M
     near = np.concatenate([surface] * 2)
     near[:, :3] += rng.normal(0, 0.05, (len(near), 3))
     second = fit(widths[1], 2.5, near, distance(near)[:, None] - evaluate(first, near), rng)
-    texture = fit(16, 1.5, surface, colors(surface), rng) if textured else None
+    texture = fit(16, 1.5, surface, colors(surface), rng)
     return Model("splitting", levels_of(first, second, surface), texture, inputs="xyzt")
 
 
