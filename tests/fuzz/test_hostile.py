@@ -161,7 +161,7 @@ KINDS: dict[str, tuple[Callable[[Random], bytes], Callable[[Path], None], str, i
 FEW_POINTS = 2000
 """Points at which masks and cameras are compared."""
 MANY = 20
-"""Times the numbers of `KINDS`: 10,000 cases."""
+"""Times the numbers of `KINDS`: 6,800 cases."""
 
 
 @pytest.fixture(autouse=True)
