@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ..model.errors import UserError
+from ..model.files import show
 from ..model.options import Options, argument, declarations, option
 from ..model.orientation import UPRIGHT
 from ..model.references import follow_option
@@ -161,7 +162,9 @@ class PhotoOptions(Options):
         except ValueError:
             x = y = z = radius = 0.0
         if not (radius > 1e-12 and max(map(abs, (x, y, z, radius))) < 1e12):
-            raise UserError(f"--sphere {self.sphere}: four numbers X,Y,Z,RADIUS with a radius above 0 are needed")
+            raise UserError(
+                f"--sphere {show(str(self.sphere))}: four numbers X,Y,Z,RADIUS with a radius above 0 are needed"
+            )
         return x, y, z, radius
 
     @property
@@ -175,7 +178,7 @@ class PhotoOptions(Options):
         except ValueError:
             width = height = 0
         if not 0 < min(width, height) <= max(width, height) < 1 << 16:
-            raise UserError(f"--camera-size {size}: width and height in pixels are needed, 1600x1200")
+            raise UserError(f"--camera-size {show(str(size))}: width and height in pixels are needed, 1600x1200")
         return width, height
 
     def record(self) -> dict[str, Any]:

@@ -90,7 +90,7 @@ class _Lowered:
     def with_gradient(self) -> list[Op]:
         """Return the ops of value "f" and "gradient", by the adjoint: g = (g * cos a_j) W_j, from the output back.
 
-        The gradient costs one matrix product per layer more than the value; compare tests/oracles/tangents.py.
+        The gradient costs one matrix product per layer more than the value.
         """
         ops = self.forward()
         row, scale, _ = self.outputs[0]

@@ -219,16 +219,12 @@ def test_matrices_that_unpack_to_more_than_a_matrix_are_not_read(sphere_layout: 
     [
         ("scale_mat_0", np.diag([1e-300] * 3 + [1.0]), "scale_mat_0: the numbers of a camera"),
         ("world_mat_1", np.full((4, 4), 1e300), "world_mat_1: the numbers of a camera"),
-        ("world_mat_1", np.ones((4, 4)), "world_mat_1: the camera's matrix is singular"),
     ],
 )
 def test_cameras_at_the_edges_are_one_line(
     key: str, matrix: NDArray[np.float64], said: str, sphere_layout: Path
 ) -> None:
-    cameras = sphere_layout / "cameras_sphere.npz"
-    with np.load(cameras) as file:
-        matrices = {key: file[key] for key in file.files}
-    np.savez(cameras, **matrices | {key: matrix})
+    change(sphere_layout, key, matrix)
     with pytest.raises(UserError, match=said) as caught:
         read_photographs(sphere_layout)
     assert str(caught.value).isprintable()

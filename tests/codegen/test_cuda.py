@@ -9,7 +9,6 @@ import pytest
 
 from mplicits.codegen.targets import cuda, cuda_cells
 from mplicits.codegen.targets.cuda import standalone
-from mplicits.codegen.targets.cuda_tables import c_string
 from mplicits.model.errors import UserError
 from support.golden_text import check_golden
 from support.nvcc import compile_for
@@ -53,10 +52,6 @@ def test_a_model_name_stays_in_its_comment_and_its_string() -> None:
     assert all(line.isascii() and not line.endswith("\\") for line, _ in different)
 
 
-def test_a_string_is_escaped_byte_by_byte() -> None:
-    assert c_string('a"1\\\n?é') == r'"a\0421\134\012\077\303\251"'
-
-
 def test_an_unknown_storage_is_refused() -> None:
     with pytest.raises(UserError, match="one array"):
         standalone(random_model((4, 0)), storage="literal")
@@ -69,22 +64,6 @@ def test_the_text_includes_every_hand_written_file() -> None:
         last = path.read_text(encoding="utf-8").strip().splitlines()[-3:]
         assert text.count("\n".join(last)) >= 1, path.name
     assert '#include "' not in text
-
-
-def test_the_head_lists_the_files_in_order(monkeypatch: pytest.MonkeyPatch) -> None:
-    load, loaded = cuda._load, list[str]()
-
-    def recorded(name: str, seen: set[str]) -> str:
-        text = load(name, seen)
-        loaded.extend([Path(name).stem] if text else [])
-        return text
-
-    monkeypatch.setattr(cuda, "_load", recorded)
-    head = standalone(random_model((4, 0))).partition("\n\n")[0].replace("\n// ", " ")
-    listed = head.partition("In order: ")[2].partition(".")[0].split(", ")
-    assert [name for name in loaded if name in listed] == [
-        name for name in listed if name not in {"uniforms", "the field"}
-    ]
 
 
 @pytest.fixture(scope="module", params=["shape", "scene"])

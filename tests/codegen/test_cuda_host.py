@@ -21,7 +21,6 @@ from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
-from oracles.dense import dense_march
 from oracles.march import march
 from support.cuda_host import PROBE, build, check_error, data, evaluate, run
 from support.fitted_model import fitted_model
@@ -217,23 +216,6 @@ def test_rays_skip_no_cells_at_other_levels_and_bands(demo: Path, arguments: tup
     """Rays that skip cells evaluate the field only near the shape, so they take fewer steps."""
     first = [data(demo, SIDE, "--variant", "simple", *options)[..., 1].sum() for options in (arguments, ())]
     assert first[0] > 1.5 * first[1]
-
-
-def test_simple_hits_where_dense_marching_hits(demo: Path) -> None:
-    program = lower(load(DEMO))
-    eye, directions, footprint = Camera(30, 20).rays(SIDE, SIDE)
-    drawn_data = data(demo, SIDE, "--variant", "simple")
-    closest, _ = dense_march(program, eye, directions.reshape(-1, 3), 2, footprint)
-    hit = drawn_data[..., 3].ravel() > 0.5
-    assert not (hit & (closest > 0.5)).any()
-    assert not (~hit & (closest == 0)).any()
-    points = (eye + drawn_data[..., :1] * directions)[drawn_data[..., 3] > 0.5].astype(np.float32)
-    assert np.abs(interpret.field(program, points, 2)).max() < 0.5 * footprint * drawn_data[..., 0].max()
-
-
-def test_variants_draw_the_same_picture(demo: Path) -> None:
-    simple = drawn(demo, "--variant", "simple")
-    assert psnr(drawn(demo, "--variant", "fused"), simple) > 45
 
 
 @pytest.mark.parametrize(("schedule", "first"), [("plain", 0), ("relaxed", 1)])

@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mplicits import glsl
 from mplicits.bake.registry import TARGETS
 from mplicits.codegen.targets import glsl330
 from mplicits.field import interpret
@@ -54,21 +53,6 @@ def test_auto_storage_puts_wide_networks_in_the_texture(osmesa: Context) -> None
     assert_close(result[:, 3], value)
 
 
-@pytest.mark.slow
-def test_levels_of_the_paper_s_sizes_fit_the_texture(osmesa: Context) -> None:
-    model = random_model((64, 2), (128, 2), (256, 2))
-    gradient, value = interpret.field_gradient(lower(model), points(), 3)
-    result = FieldProbe(osmesa, model, "texture")(3, kind=0)
-    assert_close(result[:, :3], gradient)
-    assert_close(result[:, 3], value)
-
-
-def test_value_and_gradient_share_the_weights() -> None:
-    text = glsl330.bake(random_model((16, 1)), "literal").text
-    assert text.count("const mat4 ") == 4 + 16, "one constant per block, value and adjoint together"
-    assert text.count(" w1_1_0_0 ") == 3, "declared once; value and adjoint refer to it"
-
-
 def test_the_text_equals_the_golden_file(request: pytest.FixtureRequest) -> None:
     text = TARGETS["glsl330"](random_model((4, 1), (8, 0), texture=(4, 0), name='tiny "/*\n</script>\\'), digits=3)
     check_golden(text, GOLDEN_TEXT, request)
@@ -91,9 +75,3 @@ def test_a_model_name_stays_in_its_comment(name: str) -> None:
     assert difference[0].isascii()
     assert difference[0].isprintable()
     assert not difference[0].endswith("\\")
-
-
-def test_an_included_file_appears_once() -> None:
-    text = glsl.load("main.glsl")
-    assert "#include" not in text
-    assert text.count("vec2 ball(") == 1

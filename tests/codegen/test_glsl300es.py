@@ -1,6 +1,5 @@
 """The WebGL2 target: golden text, glslang, precise sines; and models with rounded weights, as pages have them."""
 
-import re
 from pathlib import Path
 
 import moderngl
@@ -133,9 +132,3 @@ def test_bake_names_its_file_and_prints_the_error_of_float16(
     assert main(["bake", "ball.safetensors", "--target", "glsl300es"]) == 0
     assert Path("ball.es.frag").read_text().startswith("#version 300 es\n")
     assert main(["bake", "ball.safetensors", "--digits", "3", "--precision", "float16"]) == 2
-
-
-def test_only_values_of_later_loops_are_arrays() -> None:
-    text = glsl300es.bake(random_model((8, 2)), "texture").text
-    arrays = re.findall(r"vec4 (\w+)\[2\];", text)
-    assert arrays == ["h0", "h1", *("a0", "h0", "a1", "h1", "g2", "g1", "g0")]

@@ -10,12 +10,10 @@ import pytest
 from pygments.lexers.c_cpp import CppLexer
 from pygments.lexers.graphics import GLShaderLexer, HLSLShaderLexer
 
-from mplicits import cli
 from mplicits.bake.registry import TARGETS
 from mplicits.codegen.targets.function_target import function_name
 from mplicits.codegen.targets.reserved_names import RESERVED, is_reserved
 from mplicits.model.errors import UserError
-from mplicits.model.model_file import save
 from support import needs
 from support.compilers import ES, check_c, check_glsl, check_hlsl, webgpu
 from support.random_model import random_model
@@ -98,12 +96,6 @@ def test_c_reserves_what_its_header_declares_in_cpp(standard: str) -> None:
     assert len(names) > 300
     functions = "".join(HEADS["c"].replace("NAME", name) for name in names)
     assert run(include + functions, "-fsyntax-only").stderr == ""
-
-
-def test_bake_refuses_a_reserved_name_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    save(random_model((4, 0)), tmp_path / "m.safetensors")
-    assert cli.main(["bake", str(tmp_path / "m.safetensors"), "--target", "c", "--name", "log"]) == 2
-    assert capsys.readouterr().err == "mplicits: --name log: c reserves this name; choose another\n"
 
 
 HEADS = {

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mplicits.codegen.targets import shadertoy_text
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.codegen.targets.motion import PERIOD
 from mplicits.codegen.targets.shadertoy_text import savings
@@ -231,18 +230,6 @@ def test_the_text_respects_the_limits_of_shadertoy_and_browsers(tmp_path: Path, 
     assert "min(iFrame" in text
     assert max(statement.count("+") for statement in re.split(r";|,\n", text)) < 200
     check_glsl(ES + INPUTS + text + MAIN, tmp_path)
-
-
-@pytest.mark.parametrize(
-    ("old", "new"), [("ALBEDO", "vec3(1)"), ("ENTER", "ENTER ENTER"), ("#ifdef SOFTBOX", "#if SOFTBOX")]
-)
-def test_a_changed_shader_without_its_placeholders_is_an_error(
-    old: str, new: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    load = shadertoy_text._without_comments
-    monkeypatch.setattr(shadertoy_text, "_without_comments", lambda name: load(name).replace(old, new))
-    with pytest.raises(ValueError, match=r"shadertoy\.glsl has"):
-        SHADERTOY(random_model((4, 0)), "literal", 3, shade="phong")
 
 
 def test_a_moving_text_reads_the_time_and_is_not_packed() -> None:

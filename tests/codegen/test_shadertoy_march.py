@@ -20,7 +20,7 @@ from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from oracles.dense import dense_march
 from oracles.march import half_widths, march
-from oracles.short_march import STOP, short_march, within
+from oracles.short_march import STOP, short_march
 from support.dense_views import VIEWS
 from support.fitted_model import evaluate, fit
 from support.random_model import random_model
@@ -122,14 +122,6 @@ def test_the_surface_is_inside_the_narrow_bands(model: Model, narrow: Grid) -> N
         assert (sizes <= widths).all()
         assert widths.mean() < 0.8 * program.bands[0].delta
         assert (last == program.bands[1].delta).all()
-
-
-def test_rays_enter_and_leave_a_hull() -> None:
-    cube = np.stack([-np.abs(NORMALS).sum(axis=1), np.abs(NORMALS).sum(axis=1)], axis=1)
-    origin = np.array([0.0, 0.1, 3.0])
-    near, far = within(0.5 * cube, origin, np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]))
-    np.testing.assert_allclose((near[0], far[0]), (2.5, 3.5))
-    assert (near[1:] >= far[1:]).all()
 
 
 def ball_of_narrow_band() -> Model:

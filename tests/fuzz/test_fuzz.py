@@ -31,17 +31,8 @@ from support.scene_models import SCENE
 
 CASES = Path(__file__).parent / "cases"
 POINTS = np.random.default_rng(0).uniform(-1, 1, (20, 3))
-SHAPES = (
-    "ball.ply",
-    "ascii.ply",
-    "ball.obj",
-    "ball.stl",
-    "ball.glb",
-    "cloud.ply",
-    "cloud.xyz",
-    "cloud.npz",
-    "bare.xyz",
-)
+SHAPES = [f"ball.{ending}" for ending in ("ply", "obj", "stl", "glb")] + ["ascii.ply"]
+CLOUDS = ["cloud.ply", "cloud.xyz", "cloud.npz", "bare.xyz"]
 OPTIONS = (
     "-o --seed --steps --seconds --levels --omega --size --camera --level --target --digits --resolution --texture "
     "--noise --thicken --crease --weights --up --front --json --resume --quiet --packed"
@@ -106,7 +97,7 @@ def shape_files(folder: Path) -> list[Case]:
     mesh = trimesh.creation.icosphere(1)
     mesh.visual.vertex_colors = np.uint8(127 + 127 * mesh.vertices)
     points = trimesh.creation.icosphere(2).vertices
-    for name in SHAPES[:5]:
+    for name in SHAPES:
         mesh.export(folder / name, **({"encoding": "ascii"} if name.startswith("ascii") else {}))
     columns = np.concatenate((points, points, 127 + 127 * points), axis=1)
     head = "ply\nformat ascii 1.0\nelement vertex 162\n" + "".join(
@@ -117,7 +108,7 @@ def shape_files(folder: Path) -> list[Case]:
     np.savetxt(folder / "cloud.xyz", columns, "%.5f")
     np.savetxt(folder / "bare.xyz", points, "%.5f")
     np.savez(folder / "cloud.npz", points=points, normals=points)
-    return [(name, (folder / name).read_bytes()) for name in SHAPES]
+    return [(name, (folder / name).read_bytes()) for name in SHAPES + CLOUDS]
 
 
 def checkpoint_file(folder: Path) -> list[Case]:
@@ -151,19 +142,10 @@ def command(random: Random) -> bytes:
     verb = random.choice(("train", "render", "bake", "mesh", "info", "eval", "import", "report", "trian", ""))
     words = ["missing.ply", "missing.safetensors", *OPTIONS.split()]
     values = [
-        "nan",
-        "-1",
-        "0",
-        "1e999",
-        "64x1",
-        "0x0",
-        "99999999999999999999",
         "",
-        "a,b",
-        "none",
         "🎈",
         "x" * 4000,
-        "-",
+        *["nan", "-1", "0", "1e999", "64x1", "0x0", "99999999999999999999", "a,b", "none", "-"],
     ]
     return "\n".join([verb, *random.choices(words + values, k=random.randint(0, 6))]).encode()
 
@@ -171,13 +153,8 @@ def command(random: Random) -> bytes:
 def cases(kind: str, count: int, seed: int, folder: Path) -> Iterator[Case]:
     """Make the damaged files of a kind."""
     random = Random(f"{kind} {seed}")
-    make = {
-        "packed": packed_file,
-        "shape": shape_files,
-        "checkpoint": checkpoint_file,
-        "part": part_file,
-        "scene": scene_file,
-    }.get(kind)
+    makers = {"packed": packed_file, "shape": shape_files, "part": part_file, "scene": scene_file}
+    make = (makers | {"checkpoint": checkpoint_file}).get(kind)
     whole = make(folder) if make else [("m.safetensors", to_bytes(random_model((4, 1), (4, 0), texture=(4, 0))))]
     for number in range(count):
         name, data = random.choice(whole)

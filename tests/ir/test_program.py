@@ -1,4 +1,4 @@
-"""Lowered programs in the NumPy interpreter compute the same as torch; rounding, costs and well-formedness."""
+"""Lowered programs in the NumPy interpreter compute the same as torch; rounding and costs."""
 
 import dataclasses
 from typing import Any
@@ -8,11 +8,9 @@ import pytest
 
 from mplicits.codegen.printers.cstyle import Language
 from mplicits.field import interpret
-from mplicits.ir.at_time import at_sampled_times
 from mplicits.ir.lower import lower
-from mplicits.ir.program import Affine, Dot, Function, Op, Product, Sine
+from mplicits.ir.program import Dot
 from mplicits.model.model import Model, Network
-from oracles.well_formed import check
 from support import needs
 from support.random_model import random_model
 
@@ -100,34 +98,6 @@ def test_the_cost_counts_multiply_adds_and_sines() -> None:
     assert cost.sines == 3 * 64
     assert adjoint.multiply_adds == 2 * (64 * 4 + 2 * 64 * 64) + 64 + 3 * 64
     assert adjoint.sines == 2 * cost.sines
-
-
-BROKEN: tuple[tuple[str, tuple[Op, ...]], ...] = (
-    ("assigned twice", (Sine("h", "p"), Sine("h", "p"))),
-    ("not defined", (Sine("h", "q"),)),
-    ("widths differ", (Affine("a", "p", "w1_0", None), Product("f", "a", "p"))),
-    ("never assigned", (Sine("h", "p"),)),
-    ("not defined", (Affine("a", "p", "b1_0", None),)),
-    ("not defined", (Sine("h", "o1_0"),)),
-    ("a scalar", (Affine("a", "p", "w1_0", None), Dot("s", "a", "o1_0", 1.0, 0.0), Sine("f", "s"))),
-    (r"not \[1\] wide", (Sine("f", "p"),)),
-)
-
-
-@pytest.mark.parametrize(("message", "ops"), BROKEN)
-def test_an_ill_formed_program_is_refused(message: str, ops: tuple[Op, ...]) -> None:
-    program = lower(random_model((8, 1)))
-    broken = dataclasses.replace(program, values=(Function("network1", ops, ("f",)),))
-    with pytest.raises(ValueError, match=message):
-        check(broken)
-
-
-@pytest.mark.parametrize("inputs", ["xyz", "xyzt"])
-@pytest.mark.parametrize("digits", [None, 2])
-def test_lowered_programs_are_well_formed(inputs: str, digits: int | None) -> None:
-    program = lower(random_model((10, 1), (7, 0), texture=(5, 1), inputs=inputs), digits)
-    for each in (program, *at_sampled_times(program)):
-        check(each)
 
 
 def test_literals_read_back_as_the_same_float32() -> None:

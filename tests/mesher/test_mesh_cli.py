@@ -36,17 +36,6 @@ def test_trimesh_reads_what_the_verb_writes(suffix: str, tmp_path: Path, capsys:
         assert np.ptp(colors.astype(int), axis=0).max() > 50
 
 
-def test_normals_and_colors_are_in_the_file(tmp_path: Path) -> None:
-    assert mesh("-o", str(tmp_path / "m.ply")) == 0
-    assert mesh("-o", str(tmp_path / "m.obj")) == 0
-    read = trimesh.load(tmp_path / "m.ply", process=False, force="mesh")
-    assert isinstance(read, trimesh.Trimesh)
-    assert b"property float nx" in (tmp_path / "m.ply").read_bytes()[:500]
-    written = trimesh.Trimesh(read.vertices, read.faces, process=False)
-    assert np.einsum("ij,ij->i", read.vertex_normals, written.vertex_normals).mean() > 0.95
-    assert "\nvn " in (tmp_path / "m.obj").read_text(encoding="utf-8")
-
-
 def test_the_mesh_is_in_the_space_that_is_asked_for(tmp_path: Path) -> None:
     moved = replace(load(DEMO), center=(10.0, -20.0, 5.0), scale=3.0)
     save(moved, tmp_path / "m.safetensors")
@@ -98,8 +87,3 @@ def test_bad_input_is_one_line(
     assert (out, len(err.splitlines())) == ("", 1)
     assert message in err
     assert not list(tmp_path.iterdir())
-
-
-def test_a_missing_model_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main(["mesh", "nothing.safetensors"]) == 2
-    assert capsys.readouterr().err == "mplicits: nothing.safetensors: no such file\n"

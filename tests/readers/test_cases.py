@@ -220,37 +220,10 @@ def test_inward_normals_are_turned_round() -> None:
     assert shape.taken.line().endswith("; turned outward")
 
 
-def test_one_flipped_part_is_turned_by_itself() -> None:
-    shape, warnings = loaded("d_one_part_flipped.obj")
-    assert warnings == ["1 of 2 parts point inwards; reversed"]
-    mesh: Any = trimesh.load(CASES / "d_one_part_flipped.obj", process=False)
-    for part in mesh.split(only_watertight=False):
-        middle = (part.vertices.mean(axis=0) - shape.center) / shape.scale
-        assert shape.distance(middle[None])[0] < -0.1
-    assert shape.taken is not None
-    assert shape.taken.line().endswith("turned 1 part outward")
-
-
 def test_faces_of_both_sides_are_one() -> None:
     shape, warnings = loaded("d_both_sides.obj")
     assert warnings == []
     assert shape.distance(np.zeros((1, 3)))[0] == pytest.approx(-1, abs=0.02)
-
-
-def test_open_terrain_is_refused_and_thickened_as_it_is() -> None:
-    with pytest.raises(UserError, match=r"open sheet, which encloses next to nothing.*--thicken"):
-        loaded("t_mountain.obj", up="z")
-    shape, warnings = loaded("t_mountain.obj", up="z", thicken=0.03)
-    assert warnings == []
-    assert shape.distance(np.array([[0.0, 0.9, 0.0]]))[0] > 0.2
-
-
-def test_a_speck_far_away_is_said() -> None:
-    _, warnings = loaded("f_speck.obj")
-    assert warnings == [
-        "2 parts, and the main one has 1/31 of the whole radius: it becomes that small in the model; remove what lies "
-        "far away"
-    ]
 
 
 def test_compressed_splats_are_named() -> None:

@@ -7,13 +7,11 @@ import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from unittest.mock import Mock
 
 import numpy as np
 import pytest
 
 from mplicits.model.errors import UserError
-from mplicits.model.memory import allowed
 from mplicits.readers import child
 from mplicits.readers.child import Child, Decoder, child_of, in_child
 from support import decoders
@@ -41,16 +39,6 @@ def test_arrays_come_back_from_one_process_that_ends_with_its_owner() -> None:
     del owner
     gc.collect()
     assert not is_running(process)
-
-
-def test_limits_grow_with_the_file_not_with_the_calls(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = Mock(side_effect=allowed)
-    monkeypatch.setattr("mplicits.readers.child.allowed", asked)
-    one = Child()
-    for size in (5, 5, 7):
-        one.call(decoders.printing, (), size)
-    one.close()
-    assert [each.args for each in asked.call_args_list] == [(5,), (5,), (7,)]
 
 
 def test_threads_have_processes_of_their_own() -> None:

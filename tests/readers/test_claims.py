@@ -14,7 +14,6 @@ from PIL import Image
 from mplicits.model import memory
 from mplicits.model.errors import UserError
 from mplicits.model.image_file import open_image
-from mplicits.readers.claims import Claims
 from mplicits.readers.content import Mesh
 from mplicits.readers.gltf_file import open_gltf
 from mplicits.readers.polygons import triangulated
@@ -148,18 +147,6 @@ def test_weights_of_morph_targets_are_applied_once_for_all_places(tmp_path: Path
     path, began = weights(tmp_path, 12_000), time.process_time()
     read_shape(path)
     assert time.process_time() - began < 5  # a minute for each weight in each place
-
-
-def test_a_file_is_at_hand_once_by_whatever_names(tmp_path: Path) -> None:
-    (tmp_path / "d").mkdir()
-    (tmp_path / "a").write_bytes(b"1234")
-    (tmp_path / "b").hardlink_to(tmp_path / "a")
-    (tmp_path / "c").write_bytes(b"56")
-    claims = Claims(10)
-    assert [claims.read(tmp_path / name) for name in ("a", "d/../a", "b")] == [b"1234"] * 3
-    assert claims.at_hand == 14
-    claims.read(tmp_path / "c")
-    assert claims.at_hand == 16
 
 
 def test_a_buffer_of_many_names_fills_no_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

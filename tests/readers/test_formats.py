@@ -1,6 +1,5 @@
 """Formats of other libraries: each is written by its own library, or is OFF and 3MF, and read as what was written."""
 
-import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -90,10 +89,3 @@ def test_a_missing_package_is_named_with_its_extension_and_extra(
         "mplicits: KHR_draco_mesh_compression needs the package 'DracoPy'; run: pip install 'mplicits[formats]' (90 MB)"
     )
     assert capsys.readouterr().err.strip() == said
-
-
-@pytest.mark.parametrize("name", ["EXT_made_up", "KHR_gaussian_splatting"])
-def test_an_unknown_required_extension_is_refused_by_name(tmp_path: Path, name: str) -> None:
-    (tmp_path / "a.gltf").write_text(json.dumps({"asset": {"version": "2.0"}, "extensionsRequired": [name]}))
-    with pytest.raises(UserError, match=f"requires the extension {name}"):
-        read_shape(tmp_path / "a.gltf")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from mplicits.field import interpret
-from mplicits.field.interpret import field_gradient, nested_field
+from mplicits.field.interpret import field_gradient
 from mplicits.ir.lower import lower
 from mplicits.mesher.options import MeshOptions
 from mplicits.mesher.triangle_mesh import make_mesh
@@ -63,20 +63,3 @@ def test_a_mesh_comes_back_as_the_model(trained: Model, suffix: str, tmp_path: P
     if drawn.colors is not None:
         colors = np.clip(interpret.color(program, there.astype(np.float32)), 0, 1)
         assert np.quantile(np.abs(drawn.colors - colors), 0.97) < 0.03
-
-
-@pytest.mark.slow
-def test_the_mesh_of_a_model_trains_to_the_same_model(first: Model, tmp_path: Path) -> None:
-    make_mesh(first, MeshOptions(resolution=48, quiet=True)).save(tmp_path / "m.glb")
-    again = train(load_shape(str(tmp_path / "m.glb"), up="z")[0], SETTINGS)
-    np.testing.assert_allclose(again.center, first.center, atol=0.03)
-    assert again.scale == pytest.approx(first.scale, rel=0.03)
-    directions = unit(np.random.default_rng(3).normal(size=(500, 3)))
-    colors = []
-    for model in (first, again):
-        places = np.stack([directions[:, 0] * 1.0, directions[:, 2] * 0.5, -directions[:, 1] * 0.7], axis=1)
-        at = ((places - model.center) / model.scale).astype(np.float32)
-        assert np.abs(nested_field(lower(model), at, 2)[0]).mean() < 0.02
-        colors.append(interpret.color(lower(model), at))
-    assert np.abs(colors[0] - colors[1]).mean() < 0.03
-    assert np.abs(colors[0] - (0.5 + 0.35 * directions)).mean() < 0.06

@@ -20,7 +20,6 @@ from mplicits.model.errors import UserError
 from mplicits.model.expression_reader import read
 from mplicits.model.model_file import load, save, to_bytes
 from mplicits.model.scene import Disc, from_json, shapes_of
-from mplicits.scenes.toml_lines import line_of
 from oracles.march import march
 from support.paths import ROOT
 from support.scene_models import SCENE, composed, write_balls
@@ -212,23 +211,6 @@ def test_a_bad_scene_is_one_line_with_file_line_and_key(tmp_path: Path, text: st
     with pytest.raises(UserError, match=re.escape(f"scene.toml:{said}")) as caught:
         composed(tmp_path, text)
     assert "\n" not in str(caught.value)
-
-
-def test_a_circle_of_scenes_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "a.toml").write_text('[[parts]]\nmodel = "b.toml"\n')
-    (tmp_path / "b.toml").write_text('[[parts]]\nmodel = "a.toml"\n')
-    with pytest.raises(UserError, match=r"b.toml:2: parts\[1\].model: a.toml is a scene that contains itself"):
-        mplicits.compose(tmp_path / "a.toml")
-
-
-def test_a_key_s_line_is_found_in_tables_and_arrays() -> None:
-    text = 'name = "x"\n\n[[parts]]\nmodel = "a"\n[[parts]]\n# scale = 1\n'
-    text += "[[parts.parts]]\nscale = 3\n[ground]\nheight = 1\n"
-    assert [line_of(text, key) for key in ("name", "parts[1].model", "parts[2].parts[1].scale", "ground.height")] == [
-        *(1, 4, 8, 10)
-    ]
-    assert line_of(text, "parts[2].scale") == 5
-    assert line_of(text, "credit") == 1
 
 
 def test_verb_and_function_make_one_model(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -14,9 +14,9 @@ from mplicits.trainer import settings
 from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.mesh import MeshShape
 from mplicits.trainer.suited_omegas import bend_of, with_suited_omegas
-from mplicits.web.bundle import modules, script
+from mplicits.web.bundle import script
 from mplicits.web.studio_page import page_facts
-from support.page_scripts import BYTES, packed, run
+from support.page_scripts import WORKER, packed, scope
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -48,12 +48,11 @@ def shape_of(mesh: trimesh.Trimesh) -> MeshShape:
 )
 def test_the_page_measures_the_same_bend(mesh: trimesh.Trimesh, browser: "Browser") -> None:
     shape = shape_of(mesh)
-    page = browser.new_page()
-    page.evaluate(BYTES)
     vertices = (np.asarray(mesh.vertices, np.float64) - shape.center) / shape.scale
     arguments = [packed(vertices), packed(np.asarray(mesh.faces, np.uint32)), page_facts()["config"]["bend"]]
-    assert run(page, modules("worker.js")[:-1], BEND, arguments) == pytest.approx(bend_of(shape), rel=0.1, abs=0.01)
-    page.close()
+    with scope(browser, WORKER, f"window.bend = {BEND};") as page:
+        bend = page.evaluate("arguments_ => window.bend(arguments_)", arguments)
+    assert bend == pytest.approx(bend_of(shape), rel=0.1, abs=0.01)
 
 
 def test_the_page_chooses_the_same_frequencies(browser: "Browser") -> None:

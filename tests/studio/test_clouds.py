@@ -9,7 +9,7 @@ import trimesh
 
 from mplicits.trainer.shapes.cloud import CloudShape
 from mplicits.trainer.shapes.shape import SurfacePoints
-from mplicits.web.bundle import modules, script
+from support.page_scripts import WORKER, scope
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -35,11 +35,8 @@ DRAW_MESH = """([vertices, faces, count]) => {
 
 @pytest.fixture(scope="module")
 def page(browser: "Browser") -> Iterator["Page"]:
-    page = browser.new_page()
-    scope = script(modules("worker.js")[:-1])
-    page.evaluate(f"{scope} Object.assign(window, {{CloudShape, Shape, randomNumbers}}); null;")
-    yield page
-    page.close()
+    with scope(browser, WORKER, "Object.assign(window, {CloudShape, Shape, randomNumbers});") as page:
+        yield page
 
 
 def cloud(mesh: trimesh.Trimesh, count: int) -> SurfacePoints:

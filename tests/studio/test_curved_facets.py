@@ -1,6 +1,5 @@
 """The curved surface that the studio makes of a mesh, in Chromium, against the Python trainer's."""
 
-import base64
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,9 +11,8 @@ import trimesh
 from mplicits.trainer.options import CREASE
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.mesh import MeshShape
-from mplicits.web.bundle import modules, script
 from support import needs
-from support.page_scripts import BYTES
+from support.page_scripts import WORKER, scope, unpacked
 from support.paths import DATA
 from support.studio_files import files_at
 from support.studio_files import packed as packed_files
@@ -22,19 +20,8 @@ from support.studio_files import packed as packed_files
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-SPOT, BUNNY = DATA / "textured" / "spot.obj", DATA / "meshes" / "bunny.ply"
+SPOT = DATA / "textured" / "spot.obj"
 FACETS = """
-window.textOf = (array) => {
-    const bytes = new Uint8Array(array.buffer), parts = [];
-    for (let i = 0; i < bytes.length; i += 8184) parts.push(String.fromCharCode(...bytes.subarray(i, i + 8184)));
-    return btoa(parts.join(""));
-};
-
-window.gearOfPage = () => {
-    const {vertices, faces} = EXAMPLES[2].make();
-    return [[...vertices], [...faces]];
-};
-
 // Returns the facets that the page makes of files, and samples of them: the facet of each, a row, a color. places: in
 // [0, 1), of the samples in the list of facets; weights: barycentric.
 window.curvedOf = async (files, crease, places, weights) => {
@@ -59,10 +46,8 @@ PLACES = 2000
 
 @pytest.fixture(scope="module")
 def page(browser: "Browser") -> Iterator["Page"]:
-    page = browser.new_page()
-    page.evaluate(f"{script(modules('worker.js')[:-1])} {BYTES} {FACETS} null;")
-    yield page
-    page.close()
+    with scope(browser, WORKER, FACETS) as page:
+        yield page
 
 
 def curved(page: "Page", files: Mapping[str, bytes], crease: float | None = CREASE) -> dict[str, Any]:
@@ -74,7 +59,7 @@ def curved(page: "Page", files: Mapping[str, bytes], crease: float | None = CREA
     )
     for key, text in found.items():
         if isinstance(text, str):
-            found[key] = np.frombuffer(base64.b64decode(text), KINDS.get(key, "u4"))
+            found[key] = unpacked(text, KINDS.get(key, "u4"))
             if key != "facets":
                 found[key] = found[key].reshape(-1, 12 if key == "rows" else 3)
     return found | {"weights": weights}
@@ -196,21 +181,6 @@ def test_polygons_keep_their_corners_normals(page: "Page", tmp_path: Path) -> No
 
 
 @pytest.mark.slow
-def test_the_gear_of_the_page(page: "Page", tmp_path: Path) -> None:
-    made = page.evaluate("() => gearOfPage()")
-    vertices, faces = np.reshape(made[0], (-1, 3)), np.reshape(made[1], (-1, 3)) + 1
-    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()] + [f"f {a} {b} {c}" for a, b, c in faces.tolist()]
-    (tmp_path / "a.obj").write_text("\n".join(lines))
-    assert_facets_are_python_s(page, tmp_path / "a.obj")
-
-
-@pytest.mark.slow
 @needs.data(SPOT)
 def test_spot_has_python_s_facets_and_colors(page: "Page") -> None:
     assert_facets_are_python_s(page, SPOT)
-
-
-@pytest.mark.slow
-@needs.data(BUNNY)
-def test_the_bunny_has_python_s_facets(page: "Page") -> None:
-    assert_facets_are_python_s(page, BUNNY)

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from mplicits.web.bundle import script
+from support.page_scripts import scope
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -27,10 +27,8 @@ LIST = """async (tree) => {
 
 @pytest.fixture(scope="module")
 def listed(browser: "Browser") -> Any:
-    page = browser.new_page()
-    page.evaluate(f"{script(('folder.js',))} window.list = {LIST}; null;")
-    yield lambda tree: page.evaluate("tree => window.list(tree)", tree)
-    page.close()
+    with scope(browser, ("folder.js",), f"window.list = {LIST};") as page:
+        yield lambda tree: page.evaluate("tree => window.list(tree)", tree)
 
 
 def test_all_files_of_a_folder_are_listed_with_their_paths(listed: Any) -> None:

@@ -23,23 +23,17 @@ from mplicits.model.model_file import load
 from mplicits.model.srgb import to_linear
 from mplicits.web.bundle import modules, script
 from mplicits.web.studio_page import kernel
-from support.page_scripts import TRAINING
+from support.page_scripts import TRAINING, scope, unpacked
+from support.page_scripts import packed as bytes_of
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
-BYTES = """
-window.bytesOf = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer;
-window.textOf = (bytes) => new Promise((resolve) => {
-    const reader = new FileReader();
-    reader.onload = () => resolve(reader.result.split(",")[1]);
-    reader.readAsDataURL(new Blob([bytes]));
-}); null;"""
-OF_FUNCTION = """([body, resolution, slack]) => {
+OF_FUNCTION = """([body, resolution]) => {
     const at = (x, y, z) => FUNCTIONS[body](x, y, z), evaluate = (rows) => {
         for (let i = 0; i < rows.length; i += SAMPLE) rows.set(at(...rows.subarray(i, i + 3)), i + VALUE);
     };
-    return textOf(plyBytes({...isosurface(evaluate, resolution, slack), colors: null}));
+    return textOf(plyBytes({...isosurface(evaluate, resolution, 0), colors: null}));
 }"""
 FUNCTIONS = """
 const ballAt = (x, y, z, radius) => [Math.hypot(x, y, z) - radius, ...[x, y, z].map((c) => c / Math.hypot(x, y, z))];
@@ -89,15 +83,8 @@ SURFACE = ("training_error.js", "kernel.js", "marching.js", "isosurface.js", "me
 @pytest.fixture(scope="module")
 def meshed(browser: "Browser") -> Iterator[Meshed]:
     """Return a function that meshes one of FUNCTIONS."""
-    page = browser.new_page()
-    page.evaluate(BYTES)
-    page.evaluate(f"{{ {script(SURFACE)} {FUNCTIONS} window.mesh = {OF_FUNCTION}; }} null;")
-
-    def mesh(name: str, resolution: int, slack: float = 0) -> Any:
-        return read(page.evaluate("asked => window.mesh(asked)", [name, resolution, slack]), "ply")
-
-    yield mesh
-    page.close()
+    with scope(browser, SURFACE, f"{FUNCTIONS} window.mesh = {OF_FUNCTION};") as page:
+        yield lambda *asked: read(page.evaluate("asked => window.mesh(asked)", asked), "ply")
 
 
 def read(text: str, kind: str) -> Any:
@@ -147,7 +134,7 @@ def packed(network: Network) -> dict[str, Any]:
         rows, columns = (0 if j == len(network) - 1 else pad), (1 if j == 0 else pad)
         parts += [np.pad(layer.weight, ((0, rows), (0, columns))).ravel(), np.pad(layer.bias, (0, rows))]
     sizes = {"width": width + pad, "depth": len(network) - 2, "outputs": outputs}
-    return {"network": sizes, "weights": base64.b64encode(np.concatenate(parts).tobytes()).decode()}
+    return {"network": sizes, "weights": bytes_of(np.concatenate(parts))}
 
 
 def test_levels_are_nested_as_in_python(browser: "Browser") -> None:
@@ -156,13 +143,10 @@ def test_levels_are_nested_as_in_python(browser: "Browser") -> None:
     points = np.random.default_rng(0).uniform(-1, 1, (4000, 3)).astype(np.float32)
     rows = np.zeros((len(points), 12), np.float32)
     rows[:, :3] = points
-    page = browser.new_page()
-    page.evaluate(BYTES)
-    page.evaluate(f"{{ {script(FIELD)} window.fieldAt = {OF_LEVELS}; }} null;")
     levels = [packed(level.network) | {"delta": level.delta} for level in model.levels]
-    arguments = [base64.b64encode(kernel()).decode(), levels, base64.b64encode(rows.tobytes()).decode(), 0.01]
-    found = np.frombuffer(base64.b64decode(page.evaluate("asked => window.fieldAt(asked)", arguments)), np.float32)
-    page.close()
+    arguments = [base64.b64encode(kernel()).decode(), levels, bytes_of(rows), 0.01]
+    with scope(browser, FIELD, f"window.fieldAt = {OF_LEVELS};") as page:
+        found = unpacked(page.evaluate("asked => window.fieldAt(asked)", arguments), "f4")
     f, reached = interpret.nested_field(lower(model), points, 2, 0.0, [0.01])
     near = (np.abs(np.abs(interpret.field(lower(model), points, 1)) - model.levels[0].delta - 0.01)) > 1e-5
     assert 100 < (reached == 2).sum() < 1000
@@ -178,13 +162,10 @@ def test_the_mesh_of_a_model_is_that_of_python(browser: "Browser") -> None:
     truth = make_mesh(model, MeshOptions(resolution=80, quiet=True)).to_trimesh()
     triangles = len(truth.faces)
     question = {"levels": levels, "texture": packed(model.texture), "triangles": triangles, "place": place}
-    page = browser.new_page()
-    page.evaluate(BYTES)
-    page.evaluate(f"{{ {script(TRAINING)} window.mesh = {OF_MODEL}; }} null;")
     wasm = base64.b64encode(kernel()).decode()
     arguments = [script(modules("worker.js")), wasm, question]
-    ply, glb = map(read, page.evaluate("asked => window.mesh(asked)", arguments), ("ply", "glb"))
-    page.close()
+    with scope(browser, TRAINING, f"window.mesh = {OF_MODEL};") as page:
+        ply, glb = map(read, page.evaluate("asked => window.mesh(asked)", arguments), ("ply", "glb"))
 
     assert len(ply.faces) == pytest.approx(triangles, rel=0.05)
     for one, other in ((ply, truth), (truth, ply)):

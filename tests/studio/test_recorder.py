@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from mplicits.web.bundle import script
+from support.page_scripts import BYTES
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -27,11 +28,7 @@ RECORD = """async ({width, height, seconds, fps, slowness, stopAt}) => {
     };
     const told = [], tell = (share) => (told.push(share), share >= stopAt ? "stop" : "");
     const video = await recordTurntable(canvas, {seconds, fps, drawAt}, tell);
-    return [told, video && await new Promise((resolve) => {
-        const reader = new FileReader();
-        reader.onload = () => resolve(reader.result.split(",")[1]);
-        reader.readAsDataURL(video);
-    })];
+    return [told, video && textOf(await video.arrayBuffer())];
 }"""
 MODULES = ("training_error.js", "webm.js", "recorder.js")
 
@@ -52,7 +49,7 @@ def record(browser: "Browser", tmp_path: Path) -> Recorded:
         page.goto(file.as_uri())
         asked = {"width": 96, "height": 64, "seconds": 1, "fps": 20, "slowness": 0, "stopAt": 2} | options
         try:
-            page.evaluate(f"{{ {before} {script(MODULES)} window.record = {RECORD}; }} null;")
+            page.evaluate(f"{BYTES} {{ {before} {script(MODULES)} window.record = {RECORD}; }} null;")
             told, video = page.evaluate("asked => window.record(asked)", asked)
         finally:
             page.close()

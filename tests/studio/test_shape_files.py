@@ -16,7 +16,7 @@ from mplicits.readers.read import read_shape
 from mplicits.readers.tidy import tidy
 from support import needs
 from support.paths import CASES, DATA
-from support.studio_files import Reader, files_at, points_of, shape_reader
+from support.studio_files import Files, Reader, files_at, points_of, shape_reader
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -25,6 +25,34 @@ SPOT = DATA / "textured" / "spot.obj"
 needs_cases = needs.data(CASES)
 RADII = np.array([1.0, 0.7, 0.5])
 """Half axes of the ellipsoid of the cases, whose color is 0.5 + 0.4 (x/a, y/b, z/c)."""
+PLY = """ply
+format ascii 1.0
+comment a quad and a triangle
+element vertex 5
+property float32 x
+property uchar red
+property double z
+property float y
+element face 2
+property list uint8 int vertex_index
+property int flags
+end_header
+0 255 0 0
+1 255 0 0
+1 255 0 1
+0 255 0 1
+0 255 2 0
+4 0 1 2 3 7
+3 0 1 4 7
+"""
+OBJ = """v 0 0 0
+v 1 0 0 # a comment
+v\t1 1 0
+v 0 1 0
+vt 0 0
+f 1/1 2/1/1 \\
+  3//1 -1
+"""
 
 
 @pytest.fixture(scope="module")
@@ -58,6 +86,45 @@ def exported(mesh: trimesh.Trimesh, folder: Path, kind: str) -> Path:
     """Write a mesh with its companions."""
     mesh.export(folder / f"a.{kind}")
     return folder / f"a.{kind}"
+
+
+def bytes_in(mesh: Any, kind: str) -> Files:
+    """Return a file of a kind with a mesh."""
+    name, _, encoding = kind.partition(" ")
+    options = {"encoding": encoding} if name == "ply" and encoding else {}
+    data = mesh.export(file_type="stl_ascii" if kind == "stl ascii" else name, **options)
+    return {f"a.{name}": data.encode() if isinstance(data, str) else data}
+
+
+@pytest.mark.parametrize("kind", ["obj", "ply", "ply ascii", "stl", "stl ascii", "glb"])
+def test_a_mesh_is_read_as_by_trimesh(kind: str, read: Reader) -> None:
+    mesh = trimesh.creation.icosphere(1)
+    found = read(bytes_in(mesh, kind))
+    assert (len(found["vertices"]), len(found["faces"])) == (len(mesh.vertices), len(mesh.faces))
+    np.testing.assert_allclose(found["vertices"][found["faces"]], mesh.triangles, atol=1e-6)
+
+
+def test_a_glb_of_placed_parts_is_one_mesh(read: Reader) -> None:
+    scene: Any = trimesh.Scene()
+    placing: Any = trimesh.transformations
+    scene.add_geometry(trimesh.creation.icosphere(1), transform=placing.rotation_matrix(0.5, (1, 2, 3), (0.1, 0, 0)))
+    scene.add_geometry(trimesh.creation.box(), transform=placing.scale_matrix(2, (1, 0, 0)))
+    found = read({"a.GLB": scene.export(file_type="glb")})
+    ours, theirs = trimesh.Trimesh(found["vertices"], found["faces"]), scene.to_mesh()
+    np.testing.assert_allclose(ours.bounds, theirs.bounds, atol=1e-6)
+    assert ours.volume == pytest.approx(theirs.volume, rel=1e-5)
+
+
+def test_polygons_and_other_properties_are_understood(read: Reader) -> None:
+    ply, obj = read({"a.ply": PLY.encode()}), read({"a.obj": OBJ.encode()})
+    assert ply["faces"].tolist() == [[0, 1, 2], [0, 2, 3], [0, 1, 4]]
+    assert ply["vertices"][4].tolist() == [0, 0, 2]
+    assert obj["faces"].tolist() == [[0, 1, 2], [0, 2, 3]]
+
+
+def test_what_is_no_shape_is_refused(read: Reader) -> None:
+    assert "not a mesh" in read({"a.step": b""})["refused"]
+    assert "without normals" in read({"a.obj": b"v 0 0 0"})["refused"]
 
 
 def assert_colors_are_python_s(found: dict[str, Any], path: Path) -> None:
@@ -95,14 +162,12 @@ def test_the_colors_of_vertices_are_trimesh_s(kind: str, read: Reader, tmp_path:
     mesh = trimesh.creation.icosphere(1)
     rgb = np.random.default_rng(0).uniform(0, 1, (42, 3))
     mesh.visual.vertex_colors = np.round(255 * rgb).astype(np.uint8)
-    name, _, encoding = kind.partition(" ")
-    data = mesh.export(file_type=name, **({"encoding": encoding} if encoding else {}))
-    found = read({f"a.{name}": data.encode() if isinstance(data, str) else data})
+    found = read(bytes_in(mesh, kind))
     assert found["notes"][0] == "80 triangles, colors of vertices"
     s, t = found["sampled"][:, :2].T
     weights = np.stack((1 - s - t, s, t), axis=1)[:, :, None]
     at_corners = np.asarray(mesh.visual.vertex_colors)[mesh.faces][:, :, :3] / 255
-    if name == "glb":  # trimesh writes sRGB where the format wants linear light
+    if kind == "glb":  # trimesh writes sRGB where the format wants linear light
         at_corners = np.where(at_corners < 0.0031308, 12.92 * at_corners, 1.055 * at_corners ** (1 / 2.4) - 0.055)
     np.testing.assert_allclose(found["sampled"][:, 2:], (at_corners * weights).sum(1), atol=1e-3)
 

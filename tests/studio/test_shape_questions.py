@@ -18,8 +18,8 @@ from mplicits.readers.from_trimesh import of_mesh
 from mplicits.readers.read import read_shape
 from mplicits.readers.tidy import tidy
 from mplicits.trainer.shapes.mesh import MeshShape
-from mplicits.web.bundle import modules, script
 from support import needs
+from support.page_scripts import WORKER, packed, scope, unpacked
 from support.paths import DATA
 
 if TYPE_CHECKING:
@@ -30,13 +30,6 @@ SMALL = DATA / "meshes/xyzrgb_dragon.ply"
 WRONG = 1e-4
 """Largest share of signs that are wrong, where the winding number of an open mesh is about 1/2."""
 FUNCTIONS = """
-window.bytesOf = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer;
-window.textOf = (array) => {
-    const bytes = new Uint8Array(array.buffer), parts = [];
-    for (let i = 0; i < bytes.length; i += 8184) parts.push(String.fromCharCode(...bytes.subarray(i, i + 8184)));
-    return btoa(parts.join(""));
-};
-
 // Returns what input() finds, or the message of a MeshError of it or of the shape.
 window.understood = async (name, text) => {
     try {
@@ -62,30 +55,19 @@ window.distancesOfRows = (text) => {
 """
 
 
-def encoded(array: np.ndarray) -> str:
-    return base64.b64encode(np.ascontiguousarray(array).tobytes()).decode()
-
-
-def decoded(text: str, kind: str) -> np.ndarray:
-    return np.frombuffer(base64.b64decode(text), kind)
-
-
 @pytest.fixture(scope="module")
 def page(browser: "Browser") -> Iterator["Page"]:
-    page = browser.new_page()
-    page.evaluate(f"{script(modules('worker.js')[:-1])} {FUNCTIONS} null;")
-    yield page
-    page.close()
+    with scope(browser, WORKER, FUNCTIONS) as page:
+        yield page
 
 
 def understood(page: "Page", name: str, data: bytes) -> dict[str, Any]:
     """Return what the page finds in a file: vertices, faces, uv, notes; or `refused`. It becomes the page's shape."""
-    found: dict[str, Any] = page.evaluate(
-        "([name, text]) => understood(name, text)", [name, base64.b64encode(data).decode()]
-    )
+    text = base64.b64encode(data).decode()
+    found: dict[str, Any] = page.evaluate("([name, text]) => understood(name, text)", [name, text])
     for key, kind in (("vertices", "f8"), ("faces", "u4"), ("uv", "f4")):
         if found.get(key):
-            found[key] = decoded(found[key], kind).reshape(-1, 2 if key == "uv" else 3)
+            found[key] = unpacked(found[key], kind).reshape(-1, 2 if key == "uv" else 3)
     return found
 
 
@@ -157,7 +139,7 @@ def assert_distances_are_python_s(page: "Page", path: Path, count: int) -> None:
     points *= 1.1 * random.random((count, 1)) ** (1 / 3) / np.linalg.norm(points, axis=1, keepdims=True)
     near = theirs.surface(count // 2, random).points
     points[: count // 2] = near + random.normal(size=near.shape) * 10 ** random.uniform(-5, -1.5, (count // 2, 1))
-    found = decoded(page.evaluate("text => distances(text)", encoded(points)), "f8")
+    found = unpacked(page.evaluate("text => distances(text)", packed(points)), "f8")
     unsigned = theirs._unsigned._exact(points)
     np.testing.assert_allclose(np.abs(found), unsigned, atol=1e-9)
     differ = np.flatnonzero(((found < 0) != (theirs._winding.winding_number(points) > 0.5)) & (unsigned > 1e-6))
@@ -185,7 +167,7 @@ def test_signed_distances_of_any_mesh_are_python_s(path: Path, page: "Page") -> 
 def test_samples_get_the_distances_of_their_places_in_any_order(page: "Page") -> None:
     understood(page, "a.ply", ball().export(file_type="ply"))
     rows = np.random.default_rng(0).uniform(-1.3, 1.3, (3000, 12)).astype(np.float32)
-    found = decoded(page.evaluate("text => distancesOfRows(text)", encoded(rows)), "f4").reshape(-1, 12)
+    found = unpacked(page.evaluate("text => distancesOfRows(text)", packed(rows)), "f4").reshape(-1, 12)
     expected = rows.copy()
-    expected[:, 8] = decoded(page.evaluate("text => distances(text)", encoded(rows[:, :3].astype(np.float64))), "f8")
+    expected[:, 8] = unpacked(page.evaluate("text => distances(text)", packed(rows[:, :3].astype(np.float64))), "f8")
     np.testing.assert_array_equal(found, expected)

@@ -7,17 +7,9 @@ from typing import TYPE_CHECKING
 import av
 import numpy as np
 import pytest
-from PIL import Image
 
-from mplicits import cli
-from mplicits.codegen.targets import shadertoy
-from mplicits.model.model_file import load
-from mplicits.viewer.draw.context import Context
 from mplicits.web.studio_page import studio
 from support.browser import visit
-from support.likeness import psnr
-from support.shadertoy import picture
-from support.shadertoy_player import player_picture
 from support.studio_visit import ball, ready, save, write_page
 
 if TYPE_CHECKING:
@@ -25,7 +17,6 @@ if TYPE_CHECKING:
 
 pytestmark = pytest.mark.slow
 
-SIZE = (512, 384)
 WATCH = """() => {
     window.longest = {};
     let last = performance.now();
@@ -36,24 +27,6 @@ WATCH = """() => {
     }, 10);
 }"""
 """Measures the longest time, milliseconds, in which the page answers nothing, by the first word of the report."""
-
-
-def test_the_shadertoy_text_draws_the_model_elsewhere(browser: "Browser", osmesa: Context, tmp_path: Path) -> None:
-    """As the text that `mplicits bake` writes of the model; `mplicits render` shades otherwise than short texts."""
-    with visit(browser, write_page(tmp_path / "studio.html", 200), size=(900, 500), share=0.1) as visited:
-        ready(visited)
-        visited.drop(ball(), "a ball.stl")
-        visited.page.wait_for_selector("#download")
-        save(visited, "#download", tmp_path / "m.safetensors")
-        save(visited, "#save-text", tmp_path / "text.frag")
-    theirs = player_picture((tmp_path / "text.frag").read_text(), SIZE, tmp_path)
-    baked = picture(osmesa, shadertoy.exact(load(tmp_path / "m.safetensors")), size=SIZE)
-    options = ["--size", f"{SIZE[0]}x{SIZE[1]}", "--samples", "1", "--camera", "30,20", "--shade", "phong"]
-    assert cli.main(["render", str(tmp_path / "m.safetensors"), *options, "-o", str(tmp_path / "m.png")]) == 0
-    rendered = np.asarray(Image.open(tmp_path / "m.png").convert("RGB"))
-    print(f"{psnr(baked, theirs):.1f} dB to the baked text, {psnr(rendered, theirs):.1f} dB to render")
-    assert psnr(baked, theirs) > 40
-    assert psnr(rendered, theirs) > 25
 
 
 def test_the_page_answers_while_it_trains(browser: "Browser", tmp_path: Path) -> None:

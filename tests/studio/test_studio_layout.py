@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from mplicits.model.model_file import load
-from support import needs
 from support.browser import PATIENCE, Visit, visit
 from support.studio_visit import ball, ready, save, write_page
 
@@ -41,13 +40,6 @@ FOCUSED = """() => {
     const ring = [at, face].some((one) => getComputedStyle(one).outlineStyle !== "none");
     return [at.id || at.value || at.textContent, ring];
 }"""
-
-
-def violations(visited: Visit) -> list[str]:
-    """Return the violations that axe-core finds in the current page, including its best practices."""
-    axe = needs.package("axe_playwright_python.sync_playwright")
-    found: list[dict[str, Any]] = axe.Axe().run(visited.page).response["violations"]
-    return [f"{one['id']}: {node['html']}" for one in found for node in one["nodes"]]
 
 
 def paused(visited: Visit) -> str:
@@ -86,14 +78,14 @@ def test_every_state_is_accessible_and_fits_a_phone(opened: Visit, tmp_path: Pat
         opened.until(f"document.querySelector('#message p').textContent === {message!r}")
         assert page.is_visible("#choose")
     page.click("#more summary")
-    assert (violations(opened), page.evaluate(SMALL_TARGETS), page.evaluate(OUTSIDE)) == ([], [], [])
+    assert (opened.violations(), page.evaluate(SMALL_TARGETS), page.evaluate(OUTSIDE)) == ([], [], [])
     page.keyboard.press("Escape")
     assert page.is_hidden("#message")
     assert page.is_hidden("#more input")
     opened.drop(ball(), "a ball with a name that is too long for one line of a phone.stl")
     page.wait_for_selector("#stop")
     opened.until("document.getElementById('trained').value > 0")
-    assert (violations(opened), page.evaluate(SMALL_TARGETS), page.evaluate(OUTSIDE)) == ([], [], [])
+    assert (opened.violations(), page.evaluate(SMALL_TARGETS), page.evaluate(OUTSIDE)) == ([], [], [])
     height = page.evaluate("document.getElementById('training').offsetHeight")
     page.click("#pause")
     before = paused(opened)
@@ -107,7 +99,7 @@ def test_every_state_is_accessible_and_fits_a_phone(opened: Visit, tmp_path: Pat
     assert len(load(tmp_path / "m.safetensors").levels) == 1
     assert "off by" in page.inner_text("#ended")
     assert page.evaluate("document.getElementById('stage').offsetHeight") > 422
-    assert (violations(opened), page.evaluate(SMALL_TARGETS), page.evaluate(OUTSIDE)) == ([], [], [])
+    assert (opened.violations(), page.evaluate(SMALL_TARGETS), page.evaluate(OUTSIDE)) == ([], [], [])
     page.click("#fold")
     assert page.is_hidden("#exports")
     assert page.evaluate("document.getElementById('stage').offsetHeight") > 200

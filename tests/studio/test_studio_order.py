@@ -15,10 +15,6 @@ if TYPE_CHECKING:
 
 pytestmark = pytest.mark.slow
 
-LOSE = """() => {
-    window.extension = document.getElementById("view").getContext("webgl2").getExtension("WEBGL_lose_context");
-    window.extension.loseContext();
-}"""
 HELD = """
 const {postMessage} = Worker.prototype, held = [];
 Worker.prototype.postMessage = function (question, ...more) {
@@ -66,9 +62,9 @@ def test_a_training_keeps_the_stage(browser: "Browser", tmp_path: Path) -> None:
         said(visited, "other.safetensors: not opened")
         assert asked == [f"Stop this training and open {name}?" for name in ("second.stl", "other.safetensors")]
         assert page.title() == "ball"
-        page.evaluate(LOSE)
+        visited.lose_context()
         visited.until("document.documentElement.dataset.state === 'lost'")
-        page.evaluate("window.extension.restoreContext()")
+        visited.restore_context()
         visited.until("document.documentElement.dataset.state === 'drawing'")
         assert visited.message() == ""
         assert page.locator("#level input").count() == 2
@@ -112,12 +108,12 @@ def test_a_video_that_lost_its_context_may_be_recorded_again(browser: "Browser",
         page.click("#save-webm")
         visited.until(recording)
         page.evaluate(LISTEN)
-        page.evaluate(LOSE)
+        visited.lose_context()
         # The message of the lost context may come before or after it.
         visited.until("window.messages.includes('the recording was stopped')")
         visited.until("document.documentElement.dataset.state === 'lost'")
         assert page.inner_text("#report") == report
-        page.evaluate("window.extension.restoreContext()")
+        visited.restore_context()
         visited.still()
         assert visited.message() == ""
         page.click("#save-webm")

@@ -31,6 +31,14 @@ _DROP = """([bytes, name]) => {
     for (const kind of ["dragover", "drop"])
         document.body.dispatchEvent(new DragEvent(kind, {dataTransfer: transfer, bubbles: true, cancelable: true}));
 }"""
+_LOSE = """() => {
+    window.loss ??= document.getElementById("view").getContext("webgl2").getExtension("WEBGL_lose_context");
+    window.loss.loseContext();
+}"""
+_RESTORE = """() => new Promise((done) => {
+    document.getElementById("view").addEventListener("webglcontextrestored", () => done(), {once: true});
+    setTimeout(() => window.loss.restoreContext(), 50);
+})"""
 _FOLLOW = """hash => new Promise(done => {
     if (location.hash === hash) return done();
     addEventListener("hashchange", () => done(), {once: true});
@@ -100,6 +108,20 @@ class Visit:
         """Drop a file on the page."""
         self.page.evaluate(_DROP, [list(data), name])
 
+    def lose_context(self) -> None:
+        """Lose the context of the canvas."""
+        self.page.evaluate(_LOSE)
+
+    def restore_context(self) -> None:
+        """Restore the lost context."""
+        self.page.evaluate(_RESTORE)
+
+    def violations(self) -> list[str]:
+        """Return the violations that axe-core finds in the current page, including its best practices."""
+        axe = needs.package("axe_playwright_python.sync_playwright")
+        found: list[dict[str, Any]] = axe.Axe().run(self.page).response["violations"]
+        return [f"{one['id']}: {node['html']}" for one in found for node in one["nodes"]]
+
     def message(self) -> str:
         """Return the visible message, or an empty text."""
         return self.page.inner_text("#message p") if self.page.is_visible("#message") else ""
@@ -118,6 +140,20 @@ class Visit:
         """Return the keys and values in the URL's hash."""
         pairs = self.page.evaluate("() => location.hash.slice(1)").split("&")
         return dict(pair.split("=") for pair in pairs if pair)
+
+
+def held_compilers(condition: str) -> str:
+    """Return a script for `visit`: compilers do not finish while a JavaScript expression is true."""
+    return f"""{{
+        const {{prototype}} = WebGL2RenderingContext, {{getProgramParameter, getSyncParameter}} = prototype;
+        const COMPLETION_STATUS_KHR = 0x91B1, isHeld = () => {condition};
+        prototype.getProgramParameter = function (program, name) {{
+            return !(isHeld() && name === COMPLETION_STATUS_KHR) && getProgramParameter.call(this, program, name);
+        }};
+        prototype.getSyncParameter = function (sync, name) {{ // without KHR_parallel_shader_compile
+            return isHeld() ? this.UNSIGNALED : getSyncParameter.call(this, sync, name);
+        }};
+    }}"""
 
 
 def listen(page: "Page", lines: list[str]) -> None:

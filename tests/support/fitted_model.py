@@ -37,13 +37,17 @@ def fitted_model(widths: tuple[int, int] = (24, 96)) -> Model:
     near = surface * rng.uniform(0.75, 1.25, (6000, 1))
     second = fit(widths[1], 4.0, near, distance(near)[:, None] - evaluate(first, near), rng)
     texture = fit(16, 3.0, surface, 0.5 + 0.4 * np.sin(surface * (3.0, 4.0, 5.0)), rng)
+    return Model("fitted", levels_of(first, second, surface), texture)
+
+
+def levels_of(first: Network, second: Network, surface: Array) -> tuple[Level, Level]:
+    """Return two levels of these networks, with the deltas of Eq. 5 on points of the surface (N, inputs)."""
     errors = evaluate(first, surface), evaluate(first, surface) + evaluate(second, surface)
     deltas = [1.3 * float(np.abs(error).max()) for error in errors]
-    levels = (
+    return (
         Level(first, deltas[0], 20, step_bound=0.78, band_step_bound=0.7),
         Level(second, deltas[1], 5, step_bound=0.75),
     )
-    return Model("fitted", levels, texture)
 
 
 def fit(width: int, omega: float, points: Array, truth: Array, rng: np.random.Generator) -> Network:

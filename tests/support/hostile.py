@@ -1,4 +1,4 @@
-"""Seeded inputs that are well formed and mean something absurd: scenes, depth maps, cameras, provenance, arguments.
+"""Seeded inputs that are well formed and mean something absurd: scenes, depth maps, cameras, provenance, logs.
 
 Each function returns the bytes of one case; the function `use_...` of the same name in tests/fuzz/test_hostile.py reads
 it.
@@ -16,24 +16,8 @@ from typing import Any
 import numpy as np
 
 NUMBERS = (
-    0.0,
-    1.0,
-    -1.0,
-    0.5,
-    1e-7,
-    1e-5,
-    1e-30,
-    1e-40,
-    1e-320,
-    1e5,
-    999_999.0,
-    1e6,
-    1e7,
-    1e30,
-    1e38,
-    1e39,
-    1e300,
-    1e308,
+    *(0.0, 1.0, -1.0, 0.5, 1e-7, 1e-5, 1e-30, 1e-40, 1e-320),
+    *(1e5, 999_999.0, 1e6, 1e7, 1e30, 1e38, 1e39, 1e300, 1e308),
 )
 """Numbers at the edges of what is allowed, of float32 and of float64."""
 TERMS = ("t", "1e6*t", "1 - t", "min(1e300, t)", "1e30*1e30/1e60*t", "t/1e-40", "t**9", "sin(1e30*t)", "max(t, 1e-39)")
@@ -178,18 +162,8 @@ def cameras(random: Random) -> bytes:
 
 def provenance(random: Random) -> bytes:
     """A provenance of a training, some of it replaced, as JSON."""
-    record = {
-        "network": "4x1",
-        "omega": 30.0,
-        "steps": 20,
-        "fraction": 1.0,
-        "restarts": 0,
-        "rate": 1e-3,
-        "loss": 0.5,
-        "seconds": 1.5,
-        "mean_f": 1e-3,
-        "angle": 5.0,
-    }
+    record: dict[str, Any] = {"network": "4x1", "omega": 30.0, "steps": 20, "fraction": 1.0, "restarts": 0}
+    record |= {"rate": 1e-3, "loss": 0.5, "seconds": 1.5, "mean_f": 1e-3, "angle": 5.0}
     whole: dict[str, Any] = {
         "source": {"file": "x.ply", "sha256": "0" * 64, "noise": None},
         "seed": 0,
@@ -210,14 +184,8 @@ def log(random: Random) -> bytes:
     """A log of a training, some of it replaced."""
     lines = []
     for step in range(10, 100, 10):
-        line: dict[str, Any] = {
-            "level": 1,
-            "network": "8x0",
-            "step": step,
-            "fraction": 0.1,
-            "loss": 0.5,
-            "mean_f": 0.01,
-        }
+        line: dict[str, Any] = {"level": 1, "network": "8x0", "step": step}
+        line |= {"fraction": 0.1, "loss": 0.5, "mean_f": 0.01}
         if random.random() < 0.2:
             _replace(line, random)
         lines.append(text_of(line))
@@ -234,58 +202,3 @@ def _replace(value: Any, random: Random) -> None:
         del value[key]
     else:
         value[key] = deep(random.choice((70, 900, 10_000))) if random.random() < 0.1 else deepcopy(random.choice(ODD))
-
-
-ARGUMENTS = {
-    "call": ("sdf", "gradient", "color", "trace"),
-    "model": ("still", "moving", "scene", "plain"),
-    "points": (
-        *(
-            "grid",
-            "lists",
-            "empty",
-            "point",
-            "number",
-            "text",
-            "texts",
-            "complex",
-            "bools",
-            "objects",
-            "masked",
-            "dates",
-        ),
-        *("halves", "bytes", "huge", "nan", "wide", "ragged", "none", "strided", "fortran", "readonly"),
-        *("tensor", "bf16", "half", "int", "double", "grad", "meta", "sparse", "quantized", "nested", "inference"),
-        *("complex tensor", "vmap", "inside inference", "no_grad", "expanded", "parameter"),
-    ),
-    "level": ("none", "1", "2", "0", "-1", "9", "1.0", "true", "text", "numpy", "0-d", "nan", "list", "huge"),
-    "time": ("0", "0.5", "1", "2", "-1", "nan", "inf", "text", "true", "0-d", "list", "none", "complex", "huge"),
-    "space": ("model", "input", "file", "none", "list", "number"),
-}
-"""Argument of the functions of a field -> names of its values (tests/fuzz/test_hostile.py)."""
-
-
-def arguments(random: Random) -> bytes:
-    """Arguments of a call in Python: a line of names for each."""
-    usual = {"level": "none", "time": "0", "space": "model"}
-    chosen = {key: random.choice(values) for key, values in ARGUMENTS.items()}
-    for key, value in usual.items():
-        if random.random() < 0.75:
-            chosen[key] = value
-    return "\n".join(f"{key}={value}" for key, value in chosen.items()).encode()
-
-
-OPTION_VALUES: tuple[Any, ...] = (
-    *(None, True, 0, -1, 1, 2.5, math.nan, math.inf, 10**400, "", "12", "x", "1,2", b"x", [], [1], [1, 2], (1, 2, 3)),
-    *({}, {"a": 1}, ["x"], (None, None), 1j, object, np.float32(2), np.int64(3), np.array(4), np.array([1.0, 2.0])),
-    *(np.array(True), np.nan, "\u202e\n", "9" * 5000),
-)
-"""Values for options in Python."""
-
-
-def options(random: Random) -> bytes:
-    """Options of a verb in Python: the verb, then a line with an option's number and a value's number for each."""
-    lines = [str(random.randrange(1000))]
-    for _ in range(random.choice((1, 1, 2, 3))):
-        lines.append(f"{random.randrange(1000)} {random.randrange(len(OPTION_VALUES))}")
-    return "\n".join(lines).encode()

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from mplicits.model.model import Level, Model
-from support.fitted_model import evaluate, fit
+from mplicits.model.model import Model
+from support.fitted_model import evaluate, fit, levels_of
 
 Array = NDArray[np.float64]
 
@@ -38,7 +38,7 @@ def colors(points: Array) -> Array:
     return np.asarray((1 - time) * stripes + time * own, float)
 
 
-def moving_model(widths: tuple[int, int] = (40, 64), textured: bool = True) -> Model:
+def moving_model(widths: tuple[int, int] = (40, 64)) -> Model:
     """Fit two levels of these widths without hidden N -> N layers, and a 16x0 texture, to the ball that splits.
 
     The deltas are those of Eq. 5 over all times; the step bounds differ, so that a mix-up shows.
@@ -51,14 +51,8 @@ def moving_model(widths: tuple[int, int] = (40, 64), textured: bool = True) -> M
     near = np.concatenate([surface] * 2)
     near[:, :3] += rng.normal(0, 0.05, (len(near), 3))
     second = fit(widths[1], 2.5, near, distance(near)[:, None] - evaluate(first, near), rng)
-    texture = fit(16, 1.5, surface, colors(surface), rng) if textured else None
-    errors = evaluate(first, surface), evaluate(first, surface) + evaluate(second, surface)
-    deltas = [1.3 * float(np.abs(error).max()) for error in errors]
-    levels = (
-        Level(first, deltas[0], 20, step_bound=0.78, band_step_bound=0.7),
-        Level(second, deltas[1], 5, step_bound=0.75),
-    )
-    return Model("splitting", levels, texture, inputs="xyzt")
+    texture = fit(16, 1.5, surface, colors(surface), rng)
+    return Model("splitting", levels_of(first, second, surface), texture, inputs="xyzt")
 
 
 def _on_surface(points: Array) -> Array:

@@ -29,9 +29,9 @@ _RECORDED = """() => new Promise((resolve, reject) => {
 })"""
 
 
-def write_page(path: Path, steps: int | tuple[int, int, int], width: int = 14) -> Path:
+def write_page(path: Path, steps: int | tuple[int, int, int]) -> Path:
     """Write a studio whose trainings take `steps` steps: for each network, or for the two levels and the texture."""
-    layouts = [{"width": width, "depth": 1}] * 2
+    layouts = [{"width": 14, "depth": 1}] * 2
     fixed = {
         "levels": layouts,
         "texture": layouts[0],

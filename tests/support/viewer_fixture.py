@@ -51,9 +51,9 @@ def open_viewer(osmesa: Context, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         viewer.close()
 
 
-def settle(viewer: Viewer, until: Callable[[], bool] = lambda: True, seconds: float = 300.0) -> None:
-    """Call tick until the condition holds and the viewer is idle; fail after some seconds."""
-    end = time.perf_counter() + seconds
+def settle(viewer: Viewer, until: Callable[[], bool] = lambda: True) -> None:
+    """Call tick until the condition holds and the viewer is idle; fail after five minutes."""
+    end = time.perf_counter() + 300
     while time.perf_counter() < end:
         due = viewer.tick(AREA)
         if until() and viewer.idle:

@@ -104,14 +104,3 @@ def test_duplicates_and_collinear_points_load(tmp_path: Path) -> None:
     np.savez(tmp_path / "few.npz", points=np.repeat(points[:50], 3, axis=0))
     with pytest.raises(UserError, match="50 points at different places"):
         load_shape(str(tmp_path / "few.npz"))
-
-
-def test_six_columns_are_points_with_normals_or_with_colors(tmp_path: Path) -> None:
-    points, normals = on_ball(500)
-    np.savetxt(tmp_path / "normals.xyz", np.concatenate((points, normals), axis=1))
-    shape, warnings = load_shape(str(tmp_path / "normals.xyz"))
-    assert not shape.colored
-    assert not warnings
-    np.savetxt(tmp_path / "two.xyz", np.ones((200, 2)))
-    with pytest.raises(UserError, match="2 columns"):
-        load_shape(str(tmp_path / "two.xyz"))

@@ -101,11 +101,6 @@ def test_the_eikonal_weight_rises_where_the_share_is_small_and_falls_back(length
     assert follow(40.0, 0.3) == 40.0, "the surface is not learnt yet"
 
 
-def test_the_goal_is_higher_for_noisy_clouds() -> None:
-    goals = [surface_goal(noise, EIKONAL) for noise in (0.0, 0.005, 0.02, 1.0)]
-    assert 0.9 < goals[0] < goals[1] < goals[2] <= goals[3] < 1
-
-
 def test_later_steps_have_the_followed_eikonal_weight(ball: Shape, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(callbacks, "share_near_one", lambda *_: 0.7)
     step, sampler, _ = level_step(ball)
@@ -267,22 +262,6 @@ def time(monkeypatch: pytest.MonkeyPatch) -> Time:
     time = Time()
     monkeypatch.setattr(fit, "time", SimpleNamespace(perf_counter=time.perf_counter))
     return time
-
-
-def test_after_a_pause_the_rest_of_the_schedule_takes_the_remaining_time(time: Time) -> None:
-    clock = fit.Budget(deadline=10.0, done=0.2).clock()
-    assert clock(0) == pytest.approx(0.2)
-    time.now = 5.0
-    share = clock(100)
-    assert share == pytest.approx(0.6)
-    time.now = 8.0
-    clock.resume_at(share)
-    assert clock(100) == pytest.approx(0.6)
-    assert clock.left == pytest.approx(2.0)
-    time.now = 9.0
-    assert clock(200) == pytest.approx(0.8)
-    time.now = 10.5
-    assert clock(300) == 1.0
 
 
 def test_a_pause_costs_no_steps_where_steps_count(time: Time) -> None:

@@ -1,7 +1,6 @@
 """A killed training resumes from its checkpoint, and ends with the weights of an uninterrupted one."""
 
 import dataclasses
-import json
 import signal
 import subprocess
 import sys
@@ -20,20 +19,16 @@ from mplicits import cli
 from mplicits.model.errors import UserError
 from mplicits.model.interrupts import ENDINGS, SecondInterrupt, begin_work, ended_by
 from mplicits.model.model import Model
-from mplicits.model.model_file import TRAINING, load, save
-from mplicits.trainer import level, machine
+from mplicits.model.model_file import load, save
+from mplicits.trainer import machine
 from mplicits.trainer.checkpoint import CheckpointFile
-from mplicits.trainer.config import LossConfig
-from mplicits.trainer.mining import Miner
 from mplicits.trainer.networks.muon import Muon
-from mplicits.trainer.networks.network import initial
 from mplicits.trainer.networks.snapshot import Snapshot
 from mplicits.trainer.progress import TrainingBar
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Shape
 from mplicits.trainer.train import Training
-from mplicits.trainer.training_samples import Sampler
-from support.ball_training import SMALL_SETTINGS, Log, constant, frozen_level, use_quick_config
+from support.ball_training import SMALL_SETTINGS, Log, use_quick_config
 from support.random_model import random_model
 
 SETTINGS = dataclasses.replace(SMALL_SETTINGS, steps=(60, 60, 60))
@@ -139,35 +134,6 @@ def test_the_seconds_of_all_runs_count_together(ball: Shape) -> None:
         Training(ball, timed, Log()).run(late, snapshot)
 
 
-def test_hard_examples_and_random_numbers_resume(ball: Shape) -> None:
-    rng, frozen = np.random.default_rng(0), frozen_level(0.05)
-    sampler, miner, weight = Sampler(ball, frozen, rng), Miner(ball, frozen, rng), LossConfig().residual
-    surface, volume = sampler.surface(5000), sampler.volume(5000)
-
-    def draws(seed: int) -> tuple[level.LevelStep, level.LevelState]:
-        step = level.LevelStep(surface, volume, weight, torch.Generator().manual_seed(seed))
-        return step, level.LevelState(step, sampler, miner)
-
-    def losses(step: level.LevelStep) -> list[float]:
-        weights = initial((8, 1), 30.0, 1, torch.Generator().manual_seed(1))
-        for weight in weights:
-            weight.grad = torch.zeros_like(weight)
-        taken = [step(weights) for _ in range(5)]
-        return [*taken, *(float(weight.grad.sum()) for weight in weights if weight.grad is not None)]
-
-    step, kept = draws(4)
-    found = miner.mine(constant(0.0), None, 2000, 0.0)
-    assert found is not None
-    step.hard = sampler.pool(found.points, distance=found.distance)
-    step.weight = dataclasses.replace(weight, length=7.0)
-    losses(step)
-    snapshot = kept.snapshot()
-    expected, drawn = losses(step), rng.random()
-    again, restored = draws(5)
-    restored.restore(snapshot)
-    assert (losses(again), rng.random()) == (expected, drawn)
-
-
 def press(monkeypatch: pytest.MonkeyPatch, ending: Callable[[], None]) -> None:
     """Let the command line's trainings call `ending` in the middle of level 2."""
     stages: list[str] = []
@@ -262,13 +228,6 @@ def test_nothing_is_written_beside_a_device(ball: Shape) -> None:
     beside.write(random_model((4, 0)), Snapshot())
     assert not beside.path.exists()
     assert not beside.due()
-
-
-def test_load_ignores_the_state() -> None:
-    model = random_model((8, 1), texture=(4, 0))
-    save(model, OUTPUT, (json.dumps({"steps": 3}), {"weight.0": np.arange(5, dtype=np.int64)}))
-    assert TRAINING.encode() in OUTPUT.read_bytes()
-    assert load(OUTPUT).sha256() == model.sha256()
 
 
 @pytest.mark.usefixtures("usual_signals")

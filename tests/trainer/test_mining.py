@@ -241,10 +241,3 @@ def test_level_1_sees_the_ball_and_a_few_points_of_the_corners(ball: Shape) -> N
     corners = (radii > 1 + np.sqrt(3) * SAMPLING.first_band).double().mean()
     assert 0.02 < corners < SAMPLING.corner_share + 0.01
     assert float((radii < 0.5).double().mean()) > 0.5**3 * 0.5, "the inside, too, by its volume"
-
-
-def test_the_band_of_nested_levels_lies_in_that_of_the_first() -> None:
-    """By Eq. 3, f_2 is undefined where f_1 is outside its band, whatever the value of f_2."""
-    levels, points = [constant(1.0), constant(-1.0)], rng().uniform(-1, 1, (50, 3))
-    assert not FrozenLevels(levels, [0.5, 0.1], CPU).in_band(points).any()
-    assert FrozenLevels(levels, [1.5, 0.1], CPU).in_band(points).all()

@@ -9,7 +9,6 @@ import torch
 from mplicits.model.remarks import remarks
 from mplicits.trainer import level, machine
 from mplicits.trainer.networks.network import Weights
-from mplicits.trainer.pace import Pace
 from mplicits.trainer.shapes.shape import Shape
 from mplicits.trainer.train import Training
 from mplicits.trainer.training_samples import Pool, Sampler
@@ -93,7 +92,3 @@ def test_slow_steps_are_told_with_the_seconds_that_they_need(ball: Shape, monkey
     assert f", level 2 {taken:,} of some {planned:,}: the machine was busy, or --seconds 40 is too short" in line
     needed = float(line.partition("train again with --seconds ")[2].partition(",")[0])
     assert needed == pytest.approx(SECONDS * 9.1, rel=0.25)
-
-
-def test_counted_steps_need_no_record() -> None:
-    assert Pace().record(100, 0.0) == {}

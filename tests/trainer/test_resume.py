@@ -4,13 +4,11 @@ import dataclasses
 
 import numpy as np
 import pytest
-import torch
 
 from mplicits.field import interpret
 from mplicits.ir.lower import lower
 from mplicits.model.errors import UserError
 from mplicits.model.model import Model
-from mplicits.trainer import machine
 from mplicits.trainer.config import StepConfig
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Shape
@@ -18,15 +16,7 @@ from mplicits.trainer.train import Training
 from mplicits.trainer.training_samples import Sampler
 from support.ball_training import QUICK, SMALL_SETTINGS, Log, train
 
-
-@pytest.fixture(scope="module", autouse=True)
-def prepared() -> None:
-    machine.prepare(torch.device("cpu"))
-
-
-@pytest.fixture(scope="module")
-def model(ball: Shape) -> Model:
-    return train(ball)
+pytestmark = pytest.mark.usefixtures("prepared")
 
 
 @pytest.fixture(scope="module")
@@ -66,18 +56,6 @@ def test_ctrl_c_before_the_first_step_is_passed_on(ball: Shape, monkeypatch: pyt
     monkeypatch.setattr(Sampler, "surface", press)
     with pytest.raises(KeyboardInterrupt):
         train(ball)
-
-
-def test_resuming_trains_only_the_missing_levels(ball: Shape, model: Model) -> None:
-    three = dataclasses.replace(
-        SMALL_SETTINGS, networks=(*SMALL_SETTINGS.networks, (16, 0)), omegas=(8.0, 16.0, 24.0), steps=(50,) * 4
-    )
-    log = Log()
-    longer = train(ball, three, log, model)
-    assert [stage[:7] for stage in log.stages] == ["level 3"]
-    for old, new in zip(model.levels, longer.levels, strict=False):
-        assert all((a.weight == b.weight).all() for a, b in zip(old.network, new.network, strict=True))
-    assert longer.provenance["seconds"] > model.provenance["seconds"]
 
 
 def test_resuming_refuses_another_shape_or_other_levels(ball: Shape, model: Model) -> None:
@@ -131,12 +109,3 @@ def test_a_doctored_record_is_one_line_or_ignored(
         return
     brief = dataclasses.replace(SMALL_SETTINGS, steps=(20, 20, 20))
     assert len(train(ball, brief, resume=doctored).levels) == 2
-
-
-def test_json_of_a_model_is_neither_deep_nor_huge(first: Model) -> None:
-    deep: list[object] = []
-    for _ in range(70):
-        deep = [deep]
-    for wrong, said in ((deep, "nested more than"), (10**400, "too large"), ([{"a": -(10**400)}], "too large")):
-        with pytest.raises(UserError, match=said):
-            dataclasses.replace(first, provenance=first.provenance | {"source": wrong})

@@ -97,17 +97,6 @@ def test_training_never_sees_held_out_points_of_a_cloud(tmp_path: Path) -> None:
     assert not kept & held
 
 
-def test_vertex_colors_are_interpolated(tmp_path: Path) -> None:
-    mesh = ball()
-    # Red grows with x, and a color that is linear in the position stays so between vertices.
-    red = np.clip((mesh.vertices[:, 0] - CENTER[0] + 2) / 4 * 255, 0, 255)
-    mesh.visual = trimesh.visual.ColorVisuals(mesh, vertex_colors=np.stack([red, 0 * red, 0 * red], 1).astype(np.uint8))
-    mesh.export(tmp_path / "ball.ply")
-    surface = load_shape(str(tmp_path / "ball.ply"))[0].surface(500, np.random.default_rng(0), colors=True)
-    assert surface.colors is not None
-    assert np.abs(surface.colors[:, 0] - (surface.points[:, 0] + 1) / 2).max() < 0.01
-
-
 def test_an_open_mesh_causes_a_warning_and_has_signed_distances(tmp_path: Path) -> None:
     mesh = ball()
     mesh.update_faces(np.arange(len(mesh.faces)) > 20)
@@ -116,15 +105,6 @@ def test_an_open_mesh_causes_a_warning_and_has_signed_distances(tmp_path: Path) 
     assert len(warnings) == 1
     assert "not watertight" in warnings[0]
     assert shape.distance(np.zeros((1, 3)))[0] < -0.9
-
-
-def test_inward_faces_are_reversed(tmp_path: Path) -> None:
-    mesh = ball()
-    mesh.invert()
-    mesh.export(tmp_path / "inside.stl")
-    shape, warnings = load_shape(str(tmp_path / "inside.stl"))
-    assert "point inwards" in warnings[0]
-    check_is_ball(shape)
 
 
 def test_mesh_samples_are_uniform_by_area(tmp_path: Path) -> None:

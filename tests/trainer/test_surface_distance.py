@@ -20,11 +20,6 @@ from mplicits.trainer.surface_distance import SurfaceDistance
 from support.ball_training import CPU, train, use_quick_config
 
 
-@pytest.fixture(scope="module")
-def model(ball: Shape) -> Model:
-    return train(ball)
-
-
 def networks(model: Model) -> tuple[list[list], list[float]]:  # type: ignore[type-arg]
     return [from_model(level.network) for level in model.levels], [level.delta for level in model.levels]
 

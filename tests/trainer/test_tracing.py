@@ -2,13 +2,12 @@
 
 from collections.abc import Callable
 
-import numpy as np
 import pytest
 import torch
 from torch import Tensor
 
 from mplicits.trainer.config import TracingConfig
-from mplicits.trainer.tracing import Rays, Samples, Tracing, follow, limits, trace
+from mplicits.trainer.tracing import Tracing, trace
 
 TRACING = TracingConfig()
 THIN = 0.01
@@ -73,31 +72,3 @@ def test_a_band_takes_its_offset_off_the_step() -> None:
 
 def test_a_broken_field_gets_the_least_bound() -> None:
     assert traced(plate, 5.0, 0.05).step_bounds == [TRACING.least_bound]
-
-
-def test_the_same_field_gets_the_same_bounds() -> None:
-    assert traced(plate, 1.3, 0.1, 0.02) == traced(plate, 1.3, 0.1, 0.02)
-
-
-def test_a_ray_is_sampled_through_the_ball_in_order() -> None:
-    rays = Rays(torch.zeros(2, 3), torch.tensor([[0.0, 0, 1], [1.0, 0, 0]]))
-    samples = follow(lambda points: (ball(points), torch.ones(len(points), dtype=torch.int64)), np.zeros(1), rays, 1.1)
-    for number in (0, 1):
-        t, f = samples.t[samples.ray == number], samples.f[samples.ray == number]
-        assert (np.diff(t) > 0).all()
-        assert (t[0], t[-1]) == (pytest.approx(-1.1), pytest.approx(1.1, abs=TRACING.longest))
-        np.testing.assert_allclose(f, np.abs(t) - 0.6, atol=1e-6)
-
-
-def test_limits_end_a_little_inside_the_next_stretch_of_the_same_ray() -> None:
-    """Ray 0 is inside from 1 to 2 and from 4 on; ray 1 never is; a step of ray 0 from beyond 2 is not limited."""
-    samples = Samples(
-        ray=np.array([0, 0, 0, 0, 0, 0, 1, 1]),
-        t=np.array([0.0, 0.5, 1.5, 2.5, 3.5, 4.5, 0.0, 1.0]),
-        f=np.array([1.0, 0.5, -0.5, 0.5, 0.5, -0.5, 1.0, 2.0]),
-        reached=np.ones(8, np.int64),
-    )
-    found = limits(samples, np.array([0.25]))
-    assert found.sample.tolist() == [0, 1]
-    np.testing.assert_allclose(found.end, 1 + TRACING.inside)
-    np.testing.assert_allclose(found.ratio, [(1 + TRACING.inside) / 0.75, (0.5 + TRACING.inside) / 0.25])

@@ -225,26 +225,11 @@ def test_an_unwritable_output_is_found_before_the_shape_is_read(
     assert "cannot write" in refused(capsys, "missing.ply", "-o", output)
 
 
-def test_bad_shapes_are_refused_in_one_line(ball: str, capsys: pytest.CaptureFixture[str]) -> None:
-    Path("picture.ply").write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(64))
-    np.savetxt("cloud.xyz", np.ones((200, 3)))
-    assert "no such file" in refused(capsys, "missing.ply")
-    assert "not a readable PLY" in refused(capsys, "picture.ply")
-    assert "one point" in refused(capsys, "cloud.xyz")
-    assert not list(Path().glob("*.safetensors"))
-
-
 def test_a_missing_cuda_device_is_refused_in_one_line(
     ball: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("torch.cuda.is_available", lambda: False)
     assert "--device" in refused(capsys, ball, "--device", "cuda")
-
-
-def test_presets_have_levels_and_the_default_is_one() -> None:
-    for text in (preset.levels for preset in settings.PRESETS.values()):
-        assert len(settings.networks(text)) >= 2
-    assert settings.DEFAULT_PRESET in settings.PRESETS
 
 
 def test_missing_steps_repeat_the_last_and_missing_omegas_are_the_default() -> None:

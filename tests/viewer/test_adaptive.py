@@ -11,10 +11,6 @@ from mplicits.model.gallery import model_path
 from mplicits.model.model import Layer, Level, Model
 from mplicits.model.model_file import load
 from mplicits.viewer.draw.adaptive import (
-    add_samples,
-    first_offset,
-    from_blocks,
-    into_blocks,
     sample_counts,
     sample_points,
 )
@@ -72,38 +68,6 @@ def test_samples_keep_to_their_share(samples: int) -> None:
     assert 2 * share <= sample_counts(noise, samples).mean() <= (PLENTY**2 * share) ** (1 / 3)
     noise[..., 3] = 0.0
     assert not sample_counts(noise, samples).any()
-
-
-@pytest.mark.parametrize("count", [1, 15, 16, 17, 1000, 4096])
-def test_blocks_keep_samples_close_together_and_in_order(count: int) -> None:
-    values = np.arange(2 * count, dtype=np.float32).reshape(count, 2)
-    image = into_blocks(values, 64)
-    assert image.shape[0] % 4 == image.shape[1] % 4 == 0
-    assert image.shape[1] <= 64
-    assert np.ptp(image[:4, :4, 0]) <= 30
-    np.testing.assert_array_equal(from_blocks(image, count), values)
-
-
-def test_points_are_spread_around_the_pixel_centers() -> None:
-    counts = np.zeros((3, 4), np.int64)
-    counts[1, 3], counts[2, 1] = 3, 2
-    points, pixels = sample_points(counts, (10, 20))
-    assert pixels.tolist() == [7, 7, 7, 9, 9]
-    np.testing.assert_allclose(points[:3] - jitters(3), [[13.5, 21.5]] * 3, atol=1e-5)
-    np.testing.assert_allclose(points[3:] - jitters(2), [[11.5, 22.5]] * 2, atol=1e-5)
-    sums = np.zeros((3, 4, 2), np.float32)
-    add_samples(sums, pixels, np.array([[1, 10], [2, 20], [4, 40], [8, 0], [16, 0]], np.float32))
-    assert sums[1, 3].tolist() == [7, 70]
-    assert sums[2, 1].tolist() == [24, 0]
-    assert sums.sum() == 101
-
-
-def test_two_samples_lie_on_opposite_sides_of_the_center() -> None:
-    second, _ = sample_points(np.ones((1, 1), np.int64))
-    np.testing.assert_allclose(first_offset(2) + second - 0.5, 0, atol=1e-6)
-    assert np.abs(first_offset(2)).min() > 0.2
-    for samples in (1, 3, 16):
-        np.testing.assert_array_equal(first_offset(samples), 0)
 
 
 def test_scattered_samples_equal_those_of_a_tile(renderer: Renderer) -> None:

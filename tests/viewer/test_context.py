@@ -71,11 +71,6 @@ def test_contexts_of_two_kinds_alternate_and_nest(osmesa: Context) -> None:
         square.context.release()
 
 
-def test_an_unknown_kind_is_an_error() -> None:
-    with pytest.raises(UserError, match="none of auto, osmesa, egl, window"):
-        open_context("vulkan")
-
-
 @pytest.fixture
 def bare(monkeypatch: pytest.MonkeyPatch) -> None:
     """A machine with neither OSMesa nor EGL nor a display."""

@@ -83,38 +83,13 @@ def compare(name: str, got: Path, want: Path) -> None:
     )
 
 
-@pytest.mark.parametrize("name", PICTURES)
+@pytest.mark.parametrize("name", PICTURES | MESH_PICTURES)
 def test_a_picture_matches_its_golden_picture(
-    name: str, renderer: Renderer, tmp_path: Path, request: pytest.FixtureRequest
+    name: str, renderer: Renderer, low_poly: Rasterizer, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
     got, want = tmp_path / f"{name}.png", GOLDEN / f"{name}.png"
-    save_png(got, renderer.render((128, 128), CAMERA, PICTURES[name]))
+    drawing = low_poly if name in MESH_PICTURES else renderer
+    save_png(got, drawing.render((128, 128), CAMERA, (PICTURES | MESH_PICTURES)[name]))
     if request.config.getoption("--update-golden"):
         want.write_bytes(got.read_bytes())
     compare(name, got, want)
-
-
-@pytest.mark.parametrize("name", MESH_PICTURES)
-def test_a_picture_of_a_mesh_matches_its_golden_picture(
-    name: str, low_poly: Rasterizer, tmp_path: Path, request: pytest.FixtureRequest
-) -> None:
-    got, want = tmp_path / f"{name}.png", GOLDEN / f"{name}.png"
-    save_png(got, low_poly.render((128, 128), CAMERA, MESH_PICTURES[name]))
-    if request.config.getoption("--update-golden"):
-        want.write_bytes(got.read_bytes())
-    compare(name, got, want)
-
-
-def test_a_difference_fails_and_leaves_magnified_pictures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(globals(), "FAILED", tmp_path / "failed")
-    image = np.full((32, 32, 4), 0.5, np.float32)
-    save_png(tmp_path / "want.png", image)
-    image[:2, :8] = 0.8
-    save_png(tmp_path / "got.png", image)
-    with pytest.raises(pytest.fail.Exception, match=r"x-got\.png"):
-        compare("x", tmp_path / "got.png", tmp_path / "want.png")
-    assert sorted(path.name for path in (tmp_path / "failed").iterdir()) == ["x-diff.png", "x-got.png", "x-want.png"]
-    image[:2, :8] = 0.5
-    image[0, 0] = 0.8
-    save_png(tmp_path / "got.png", image)
-    compare("y", tmp_path / "got.png", tmp_path / "want.png")

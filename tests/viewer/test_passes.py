@@ -148,22 +148,6 @@ def test_rays_that_meet_no_cell_take_no_steps(osmesa: Context, model: Model) -> 
     assert (picture[missed][:, 2:] == 0).all()
 
 
-def test_the_first_studio_picture_compiles_its_programs(osmesa: Context, model: Model) -> None:
-    shader = bake(model, "literal", passes=True)
-    late, early = Renderer(osmesa, shader), Renderer(osmesa, shader, "softbox")
-    before = late.compile_seconds
-    late.render(SIZE, CAMERA)
-    assert late.compile_seconds == before
-    pictures = [renderer.render(SIZE, CAMERA, RenderOptions(shade="softbox")) for renderer in (late, early)]
-    assert late.compile_seconds > before
-    phong = [renderer.render(SIZE, CAMERA) for renderer in (late, early)]
-    late.release()
-    early.release()
-    assert np.array_equal(pictures[0], pictures[1])
-    assert np.array_equal(phong[0], phong[1])
-    assert not np.allclose(pictures[0], phong[0], atol=0.01)
-
-
 def test_mixed_storage_draws_the_picture_of_literals(
     both: tuple[Renderer, Renderer], osmesa: Context, model: Model
 ) -> None:

@@ -143,20 +143,6 @@ def test_mesa_compiles_quickly_unless_the_user_sets_its_variable(monkeypatch: py
 @pytest.mark.parametrize(
     ("arguments", "word"),
     [
-        ("--camera 1", "2 or 3 numbers joined by commas"),
-        ("--camera 1,2,3,4", "2 or 3 numbers"),
-        ("--iterations 5,x", "whole numbers"),
-        ("--samples many", "invalid int value"),
-    ],
-)
-def test_text_of_another_type_is_refused(arguments: str, word: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main(["render", "m.safetensors", *arguments.split()]) == 2
-    assert word in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("arguments", "word"),
-    [
         ("--size 10x", "WxH"),
         ("--size axb", "WxH"),
         ("--size -5", "WxH"),

@@ -1,6 +1,5 @@
 """The renderer: pictures, tiles, supersampling, options, uniforms, and errors."""
 
-import re
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -9,22 +8,18 @@ import pytest
 
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.codegen.targets.shader import Shader
-from mplicits.codegen.targets.uniforms import TIME, UNIFORMS
 from mplicits.field import interpret
 from mplicits.ir.lower import lower
 from mplicits.model.errors import UserError
 from mplicits.model.model import Model
 from mplicits.viewer.draw import tiles
 from mplicits.viewer.draw.camera import Camera
-from mplicits.viewer.draw.compile import VERTEX_SHADER
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
-from mplicits.viewer.draw.program import KNOWN, Program
 from mplicits.viewer.draw.renderer import Renderer
 from mplicits.viewer.draw.supersampling import Image, to_linear
 from support import needs
 from support.fitted_model import fitted_model
-from support.paths import ROOT
 from support.random_model import random_model
 
 SIZE = (48, 40)
@@ -149,13 +144,6 @@ def test_a_tile_is_part_of_the_picture_bottom_row_first(renderer: Renderer) -> N
     np.testing.assert_array_equal(tile, whole[2:9, 3:12])
 
 
-def test_weights_in_a_texture_give_the_same_picture(osmesa: Context, renderer: Renderer, model: Model) -> None:
-    textured = Renderer(osmesa, bake(model, "texture", traces=False))
-    image = textured.render(SIZE, Camera())
-    textured.release()
-    assert np.quantile(np.abs(image - renderer.render(SIZE, Camera())), 0.99) < 1e-3
-
-
 def test_egl_gives_the_same_picture(renderer: Renderer, shader: Shader) -> None:
     context = needs.context("egl")
     other = Renderer(context, shader)
@@ -218,20 +206,3 @@ def test_a_rejected_shader_is_one_line_with_its_source(osmesa: Context, shader: 
         Renderer(osmesa, replace(shader, text=text))
     assert "\n" not in str(raised.value)
     assert "float broken = undefined_name;" in str(raised.value)
-
-
-def test_an_unknown_uniform_is_an_error(osmesa: Context) -> None:
-    fragment = "#version 330\nuniform float focal;\nout vec4 color;\nvoid main() { color = vec4(focal); }"
-    with osmesa as gl:
-        program = Program(gl, (VERTEX_SHADER, ()), (fragment, ()), "osmesa")
-        program.write({"focal": 2.0, "light": (0, 0, 1)})  # this shader has no light, others have
-        with pytest.raises(KeyError, match="focall"):
-            program.write({"focall": 2.0})
-        program.release()
-
-
-def test_each_known_uniform_is_declared_by_a_shader() -> None:
-    text = "".join(path.read_text() for path in (ROOT / "glsl").glob("*/*.glsl"))
-    declared = set(re.findall(r"\w+", " ".join(re.findall(r"^uniform [^;]+", text, re.MULTILINE))))
-    table = {uniform.name for uniform in (*UNIFORMS, TIME)} | {"weights"}
-    assert table < KNOWN <= table | declared

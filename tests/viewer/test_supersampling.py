@@ -8,7 +8,7 @@ from mplicits import glsl
 from mplicits.viewer.draw.compile import VERTEX_SHADER
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.framebuffer import free, read_pixels
-from mplicits.viewer.draw.supersampling import Image, from_linear, golden_order, jitters, to_linear
+from mplicits.viewer.draw.supersampling import Image, from_linear, jitters, to_linear
 
 RAMP = np.linspace(-0.25, 1.25, 1501, dtype=np.float32)
 """Channel values, also outside [0, 1] and on both sides of the bend near 0."""
@@ -55,13 +55,6 @@ def test_encoding_matches_the_shaders(osmesa: Context, image: Image) -> None:
     )
 
 
-@pytest.mark.parametrize("transparent", [False, True])
-def test_encoding_undoes_decoding(image: Image, transparent: bool) -> None:
-    in_range = np.clip(image, 0, 1) * (1, 1, 1, 0.25)
-    back = from_linear(to_linear(in_range.astype(np.float32), transparent), transparent)
-    np.testing.assert_allclose(back, in_range, atol=1e-5)
-
-
 @pytest.mark.parametrize("samples", [1, 2, 3, 4, 5, 16, 64])
 def test_jitters_are_spread_over_the_pixel(samples: int) -> None:
     offsets = jitters(samples)
@@ -69,9 +62,3 @@ def test_jitters_are_spread_over_the_pixel(samples: int) -> None:
     np.testing.assert_allclose(offsets.mean(axis=0), 0, atol=1e-6)
     for axis in offsets.T:
         np.testing.assert_array_equal(np.sort(np.floor((axis + 0.5) * samples)), np.arange(samples))
-
-
-def test_the_golden_order_is_a_permutation_that_separates_neighbors() -> None:
-    order = golden_order(64)
-    np.testing.assert_array_equal(np.sort(order), np.arange(64))
-    assert np.abs(np.diff(order)).min() > 1

@@ -1,8 +1,6 @@
 """Mesh files as triangles in model space: vertices, normals, and errors."""
 
-import builtins
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -79,19 +77,3 @@ def test_a_bad_mesh_is_one_line(name: str, content: str | None, said: str, tmp_p
         read_triangles(tmp_path / name, ORIGIN, 1.0)
     assert said in str(raised.value)
     assert "\n" not in str(raised.value)
-
-
-def test_without_trimesh_the_error_names_the_extra(
-    tmp_path: Path, ball: trimesh.Trimesh, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    ball.export(tmp_path / "ball.ply")
-    real = builtins.__import__
-
-    def without(name: str, *more: Any) -> Any:
-        if name == "trimesh":
-            raise ModuleNotFoundError("No module named 'trimesh'", name="trimesh")
-        return real(name, *more)
-
-    monkeypatch.setattr(builtins, "__import__", without)
-    with pytest.raises(UserError, match=r"pip install 'mplicits\[mesh\]'"):
-        read_triangles(tmp_path / "ball.ply", ORIGIN, 1.0)

@@ -2,7 +2,6 @@
 
 import io
 import json
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,6 @@ from PIL import Image, ImageSequence
 
 from mplicits.cli import main
 from mplicits.codegen.targets.glsl330 import bake
-from mplicits.codegen.targets.motion import phase_at_time, time_at_phase
 from mplicits.model.model import Model
 from mplicits.model.model_file import save
 from mplicits.viewer.draw import movie
@@ -65,16 +63,6 @@ def render(folder: Path, name: str, *arguments: object) -> int:
 def nearest(picture: NDArray[np.float64], candidates: list[NDArray[np.float32]]) -> int:
     """Return the index of the candidate (H, W, 4) nearest to a picture."""
     return int(np.argmin([np.abs(picture - candidate[..., :3]).mean() for candidate in candidates]))
-
-
-def test_the_motion_goes_there_and_back() -> None:
-    phases = np.linspace(0, 1, 21)
-    times = [time_at_phase(phase) for phase in phases.tolist()]
-    assert (times[0], times[10], times[20]) == pytest.approx((0.0, 1.0, 0.0))
-    assert np.allclose(times, times[::-1])
-    steps = np.abs(np.diff(times))
-    assert steps[0] < 0.2 * steps[4], "slower at the ends"
-    assert [time_at_phase(phase_at_time(time)) for time in times] == pytest.approx(times)
 
 
 def test_a_video_of_a_motion_shows_each_moment(
@@ -180,10 +168,3 @@ def test_ctrl_c_leaves_no_video(folder: Path, tmp_path: Path, monkeypatch: pytes
     monkeypatch.setattr(Renderer, "render_tile", interrupted)
     assert render(folder, "moving", "--frames", 5, "-o", tmp_path / "motion.gif") == 130
     assert list(tmp_path.iterdir()) == []
-
-
-def test_shots_of_a_motion_loop() -> None:
-    shot = movie.Shot(8, moves=True, turn=360.0)
-    frames = [shot.frame(k, Camera(10, 0), RenderOptions()) for k in range(8)]
-    assert [options.time for _, options in frames[1:4]] == pytest.approx([o.time for _, o in frames[:4:-1]])
-    assert all(b.azimuth - a.azimuth == pytest.approx(45) for (a, _), (b, _) in pairwise(frames))

@@ -12,7 +12,6 @@ import pytest
 from PIL import Image
 
 import mplicits
-from mplicits.bake.registry import TARGETS
 from mplicits.codegen.targets.header import read_header
 from mplicits.model.errors import UserError
 from mplicits.model.model_file import to_bytes
@@ -21,7 +20,6 @@ from mplicits.web.module import baked
 from mplicits.web.weights import MOST_ERROR, coded_weights
 from support import needs
 from support.browser import PATIENCE, listen
-from support.firefox import firefox
 from support.fitted_model import fitted_model
 from support.module_pages import WATCH, module_page
 from support.packed_model import packed_model
@@ -140,20 +138,6 @@ def test_nothing_moves_by_itself_for_visitors_who_want_less_motion(browser: "Bro
     assert orbits[1] != 0
 
 
-@pytest.mark.slow
-def test_elements_in_firefox(xvfb: dict[str, str], tmp_path: Path) -> None:
-    path, profile = tmp_path / "page.html", tmp_path / "profile"
-    path.write_text(module_page(FIELD, BODY, WATCH), encoding="utf-8")
-    profile.mkdir()
-    with firefox(profile, xvfb) as tab:
-        tab.load(path.as_uri())
-        tab.until("document.querySelector('#first[data-load][data-poster-dismissed]')")
-        assert tab.evaluate("document.querySelector('#second').matches('[data-poster-dismissed]')") is False
-        tab.evaluate("document.querySelector('#third').scrollIntoView()")
-        tab.until("document.querySelector('#third[data-load][data-poster-dismissed]')")
-        tab.until("!document.querySelector('#first').shadowRoot.querySelector('canvas:not(.still)')")
-
-
 def test_the_text_names_the_model_and_holds_it() -> None:
     text = baked(random_model((4, 0), name="</script><b>\u2028"), poster=False).text
     facts = read_header(text)
@@ -204,11 +188,6 @@ def test_bake_writes_types_beside_the_module(tmp_path: Path) -> None:
     (tmp_path / "ball.d.ts").write_text("mine")
     with pytest.raises(UserError, match=r"ball\.d\.ts: it exists"):
         FIELD.bake("module", path)
-
-
-def test_other_storages_are_refused() -> None:
-    with pytest.raises(UserError, match="--storage literal: module"):
-        TARGETS["module"](FIELD.model, storage="literal")
 
 
 @pytest.mark.slow

@@ -30,7 +30,6 @@ from support import needs
 from support.browser import PATIENCE, visit
 from support.firefox import firefox
 from support.page_pictures import MODEL
-from support.random_model import random_model
 from support.unpacked import tiny_script, unpacked
 
 if TYPE_CHECKING:
@@ -128,37 +127,6 @@ def test_the_packed_page_holds_the_page() -> None:
     assert re.findall(r'<img id="poster"[^>]*>', small) == re.findall(r'<img id="poster"[^>]*>', inner)
     assert inner.count("<script") == len(made.shaders) + 4  # before the first paint, facts, weights, and the page's
     assert "<title>fitted</title>" in small
-
-
-@pytest.mark.slow
-def test_the_packed_page_draws_the_same_model(browser: "Browser", tmp_path: Path) -> None:
-    file = tmp_path / "packed.html"
-    file.write_text(page.standalone(MODEL, poster=False, shade="phong"), encoding="utf-8")
-    with visit(browser, file, share=0.05, hash_="#az=10&panel=0") as visited:
-        visited.still()
-        assert float(visited.root("error") or "nan") < 5e-6
-        assert visited.page.title() == "fitted"
-        assert visited.page.evaluate("document.compatMode") == "CSS1Compat"
-        assert not visited.page.is_visible("#fold")
-        assert visited.camera() == {"az": "10", "panel": "0"}
-        assert visited.page.evaluate("history.length") == 2, "the blank page, and this"
-        visited.page.reload()
-        visited.until(f"'ready' in {STATE}")
-        visited.page.goto("about:blank")
-        visited.page.go_back()
-        visited.until(f"'ready' in {STATE}")
-        assert visited.camera()["panel"] == "0"
-        assert visited.console == []
-
-
-def test_a_packed_page_in_a_frame(browser: "Browser", tmp_path: Path) -> None:
-    (tmp_path / "packed.html").write_text(page.standalone(random_model((4, 0)), poster=False), encoding="utf-8")
-    (tmp_path / "host.html").write_text('<iframe src="packed.html#panel=0" sandbox="allow-scripts"></iframe>')
-    with visit(browser, tmp_path / "host.html", share=0.1) as visited:
-        frame = visited.page.frames[1]
-        frame.wait_for_function(f"() => 'drawn' in {STATE}")
-        assert not frame.is_visible("#fold")
-        assert visited.console == []
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
 from mplicits.web.document import Studio, packed
-from mplicits.web.page import page_of, standalone
+from mplicits.web.page import page_of
 from support.browser import Visit, visit
 from support.page_pictures import MODEL, SIDE, desktop, differ
 from support.random_model import random_model
@@ -27,28 +27,6 @@ if TYPE_CHECKING:
 @pytest.fixture(scope="module")
 def renderer(osmesa: Context) -> Renderer:
     return Renderer(osmesa, glsl330.bake(MODEL))
-
-
-@pytest.mark.slow
-def test_the_page_shows_the_picture_that_osmesa_draws(opened: Visit, renderer: Renderer) -> None:
-    azimuth, elevation, distance = 200, -35, 2.6
-    opened.follow(f"#az={azimuth}&el={elevation}&d={distance}")
-    ours = opened.saved()
-    assert ours.shape == (SIDE, SIDE, 3)
-    assert not differ(ours, desktop(renderer, Camera(azimuth, elevation, distance), RenderOptions()))
-    turned = desktop(renderer, Camera(azimuth + 6, elevation, distance), RenderOptions())
-    assert differ(ours, turned), "the tolerance tells another view apart"
-
-
-@pytest.mark.slow
-def test_softbox_is_the_desktop_s(browser: "Browser", tmp_path: Path, renderer: Renderer) -> None:
-    file = tmp_path / "page.html"
-    file.write_text(standalone(MODEL, poster=False))
-    with visit(browser, file, share=0.1) as visited:
-        visited.fold()
-        theirs = desktop(renderer, Camera(), RenderOptions(shade="softbox"), side=64)
-        assert not differ(visited.saved(), theirs, mean=1.2)
-        assert visited.console == []
 
 
 def test_the_page_displays_the_model_s_size_and_the_field_s_error(opened: Visit) -> None:
@@ -257,12 +235,3 @@ def test_the_button_copies_the_text_for_shadertoy(browser: "Browser", tmp_path: 
         visited.page.wait_for_selector("#message:not([hidden])")
         assert visited.page.evaluate("navigator.clipboard.readText()") == shadertoy.exact(model)
         assert visited.console == []
-
-
-def test_the_page_is_one_file_that_loads_no_other(page_file: Path) -> None:
-    text = page_file.read_text()
-    assert not re.search(r"\{\{\w+\}\}", text)
-    assert not re.findall(r"""(?:src|href)\s*=\s*["'](?!data:)""", text)
-    assert not re.search(
-        r"\bimport\b|\bfetch\(|XMLHttpRequest|https?://", re.sub("important|http://www.w3.org/2000/svg", "", text)
-    )

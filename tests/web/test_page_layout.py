@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from mplicits.model.model_file import to_bytes
-from support import needs
-from support.browser import Visit, visit
+from support.browser import Visit, held_compilers, visit
 from support.page_pictures import MODEL, remembering
 from support.random_model import random_model
 
@@ -28,20 +27,17 @@ TEXTURE = remembering(MODEL, "texture")
 HOLD = (
     TEXTURE
     + """window.held = window.slow = true;
-const context = WebGL2RenderingContext.prototype, COMPLETION_STATUS_KHR = 0x91B1, times = new WeakMap();
-const {fenceSync, getProgramParameter, getSyncParameter} = context;
-context.getProgramParameter = function (program, name) {
-    return !(window.held && name === COMPLETION_STATUS_KHR) && getProgramParameter.call(this, program, name);
-};
+const context = WebGL2RenderingContext.prototype, times = new WeakMap(), {fenceSync, getSyncParameter} = context;
 context.fenceSync = function (...values) {
     const sync = fenceSync.apply(this, values);
     times.set(sync, performance.now());
     return sync;
 };
 context.getSyncParameter = function (sync, name) {
-    const isEarly = window.held || window.slow && performance.now() - times.get(sync) < 30;
+    const isEarly = window.slow && performance.now() - times.get(sync) < 30;
     return isEarly ? this.UNSIGNALED : getSyncParameter.call(this, sync, name);
 };"""
+    + held_compilers("window.held")
 )
 """Compilers never finish while `held` is set, and each draw takes 30 ms while `slow` is set; no literals."""
 WATCH = """() => {
@@ -96,13 +92,6 @@ def wide(browser: "Browser", page_file: Path) -> Iterator[Visit]:
         visited.still()
         yield visited
         assert visited.console == []
-
-
-def violations(opened: Visit) -> list[str]:
-    """Return the violations that axe-core finds in the current page, including its best practices."""
-    axe = needs.package("axe_playwright_python.sync_playwright")
-    found: list[dict[str, Any]] = axe.Axe().run(opened.page).response["violations"]
-    return [f"{one['id']}: {node['html']}" for one in found for node in one["nodes"]]
 
 
 def picture(opened: Visit) -> NDArray[np.int64]:
@@ -195,7 +184,7 @@ def test_every_text_has_contrast_on_every_background(background: str, wide: Visi
         document.querySelector("#message p").textContent = "Something to read";
     }""")
     assert wide.page.evaluate(UNREADABLE) == []
-    assert violations(wide) == []
+    assert wide.violations() == []
     wide.page.evaluate("document.getElementById('drop').hidden = true")
     wide.page.click("#message button")
     wide.page.keyboard.press("p")
@@ -248,7 +237,7 @@ def test_screen_readers_get_names_values_and_live_regions(wide: Visit) -> None:
 
 def test_the_folded_page_is_accessible(wide: Visit) -> None:
     wide.page.keyboard.press("h")
-    assert violations(wide) == []
+    assert wide.violations() == []
     assert wide.page.evaluate(UNREADABLE) == []
     wide.page.keyboard.press("h")
 
@@ -317,7 +306,7 @@ def test_without_webgl2_the_panel_is_hidden(browser: "Browser", page_file: Path)
         for selector in ("#side", "#fold", "#view", "#progress", "#message button"):
             assert not visited.page.is_visible(selector)
         assert box(visited, "#stage") == (0, 0, *WINDOW)
-        assert violations(visited) == []
+        assert visited.violations() == []
         assert visited.console == []
 
 

@@ -1,10 +1,8 @@
 """The page with other models: dropped ones, valid and broken, and one whose name is code."""
 
-import struct
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -13,15 +11,15 @@ from mplicits.bake.registry import TARGETS
 from mplicits.codegen.targets import glsl330
 from mplicits.field.rounding import in_float16
 from mplicits.model.model import Layer, Model
-from mplicits.model.model_file import VERSION, save, to_bytes
+from mplicits.model.model_file import save, to_bytes
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
 from mplicits.web.document import whole
 from mplicits.web.page import page_of
+from support.broken_models import FILES, described
 from support.browser import Visit, visit
-from support.changed_header import changed, describe
 from support.fitted_model import fitted_model
 from support.page_pictures import MODEL, desktop, differ
 from support.random_model import random_model
@@ -31,62 +29,21 @@ if TYPE_CHECKING:
 
 HOSTILE = "</script><script>alert(1)</script>"
 """A model's name that would run, were it not escaped."""
+SCENE = described(scene={"parts": []})(FILES["plain"])
 pytestmark = pytest.mark.slow
 
 
-def overlap(header: dict[str, Any]) -> None:
-    """Name the bytes of the largest tensor a thousand times."""
-    spans = {name: entry["data_offsets"] for name, entry in header.items() if name != "__metadata__"}
-    largest = max(spans, key=lambda name: spans[name][1] - spans[name][0])
-    header.update({f"more{i}": header[largest] for i in range(1000)})
-
-
-BROKEN: dict[str, tuple[Callable[[bytes], bytes], str]] = {
-    # Defect -> change of the file, and part of the message.
-    "empty": (lambda _: b"", "not a model file (.safetensors), or a damaged one"),
-    "a picture": (lambda _: b"\x89PNG\r\n\x1a\n" * 40, "a PNG picture, which this page does not open"),
-    "cut short": (lambda data: data[:-100], "the file is cut short or damaged"),
-    "overlapping": (lambda data: changed(data, overlap), "the tensors overlap: the file is damaged"),
-    "other format": (lambda data: changed(data, lambda h: h["__metadata__"].pop("format")), "not an mplicits model"),
-    "future": (
-        lambda data: changed(data, lambda h: h["__metadata__"].update(version=str(VERSION + 1))),
-        f"format version {VERSION + 1} is newer",
-    ),
-    "scene": (lambda data: changed(data, describe(lambda d: d.update(scene={"parts": []}))), "needs a separate page"),
-    "halves": (
-        lambda data: changed(data, lambda h: h["level1.layer0.bias"].update(dtype="F16")),
-        "level1.layer0.bias: must be float32",
-    ),
-    "no bias": (lambda data: changed(data, lambda h: h.pop("level2.layer1.bias")), "the file is cut short or damaged"),
-    "shape": (
-        lambda data: changed(data, lambda h: h["level1.layer0.weight"].update(shape=[3, 4])),
-        "level1.layer0.weight: shape (3, 4), expected (out, 3)",
-    ),
-    "stray": (
-        lambda data: changed(data, lambda h: h.update({"level9.layer0.bias": h.pop("texture.layer0.weight")})),
-        "not a tensor of a model with 2 levels",
-    ),
-    "delta": (
-        lambda data: changed(data, describe(lambda d: d["levels"][1].update(delta=-1))),
-        "levels[2].delta: must be a positive number",
-    ),
-    "front": (
-        lambda data: changed(data, describe(lambda d: d.update(front=[1]))),
-        "front: azimuth from -360 to 360, elevation from -90 to 90 degrees",
-    ),
-    "credit": (lambda data: changed(data, describe(lambda d: d.update(credit=3))), "credit: not a text"),
-    "step bound": (
-        lambda data: changed(data, describe(lambda d: d["levels"][0].update(step_bound=1.5))),
-        "levels[1].step_bound: must be a positive number of at most 1",
-    ),
-    "not finite": (lambda data: data[:-4] + struct.pack("<f", float("nan")), "has values that are not finite"),
-}
-
-
-@pytest.mark.parametrize("name", BROKEN)
-def test_a_broken_dropped_model_gets_a_one_line_message_and_the_old_model_stays(name: str, opened: Visit) -> None:
-    spoil, expected = BROKEN[name]
-    data = spoil(to_bytes(fitted_model((4, 4))))
+@pytest.mark.parametrize(
+    ("data", "expected"),
+    [
+        (to_bytes(fitted_model((4, 4)))[:-100], "the file is cut short or damaged"),
+        (b"\x89PNG\r\n\x1a\n" * 40, "a PNG picture, which this page does not open"),
+        (SCENE, "needs a separate page"),
+    ],
+)
+def test_a_broken_dropped_model_gets_a_one_line_message_and_the_old_model_stays(
+    data: bytes, expected: str, opened: Visit
+) -> None:
     opened.drop(data, "other.safetensors")
     opened.page.wait_for_selector("#message:not([hidden])")
     line = opened.message()

@@ -7,7 +7,7 @@ import pytest
 
 from mplicits.model.model_file import to_bytes
 from mplicits.web.page import standalone
-from support.browser import Visit, visit
+from support.browser import Visit, held_compilers, visit
 from support.moving_model import moving_model
 from support.page_pictures import remembering
 from support.random_model import random_model
@@ -19,21 +19,15 @@ pytestmark = pytest.mark.slow
 
 MODEL = moving_model((16, 24))
 SLOW = """
-const {arrayBuffer} = Blob.prototype, {getProgramParameter, getSyncParameter} = WebGL2RenderingContext.prototype;
-const COMPLETION_STATUS_KHR = 0x91B1;
+const {arrayBuffer} = Blob.prototype;
 window.isCompiling = false;
 window.isReading = new Promise((resolve) => { window.read = resolve; });
 Blob.prototype.arrayBuffer = async function () {
     if (this.name === "slow.safetensors") await window.isReading;
     return arrayBuffer.call(this);
 };
-WebGL2RenderingContext.prototype.getProgramParameter = function (program, name) {
-    return !(window.isCompiling && name === COMPLETION_STATUS_KHR) && getProgramParameter.call(this, program, name);
-};
-WebGL2RenderingContext.prototype.getSyncParameter = function (...names) { // without KHR_parallel_shader_compile
-    return window.isCompiling ? this.UNSIGNALED : getSyncParameter.apply(this, names);
-};"""
-"""Holds the reading of a file, and compilations."""
+"""
+"""Holds the reading of a file."""
 FRAMES = """
 const frames = [], usual = requestAnimationFrame;
 window.isHeld = false;
@@ -58,7 +52,7 @@ def opened_model(visited: Visit, name: str) -> None:
 
 def test_the_last_dropped_file_stays(browser: "Browser", page_file: Path) -> None:
     """Also where one before it takes longer to read, or one after it is damaged."""
-    with visit(browser, page_file, share=0.1, script=SLOW) as visited:
+    with visit(browser, page_file, share=0.1, script=held_compilers("window.isCompiling") + SLOW) as visited:
         visited.still()
         opened_model(visited, "slow")
         opened_model(visited, "quick")
@@ -112,14 +106,11 @@ def test_nothing_is_saved_of_a_lost_context(browser: "Browser", page_file: Path)
         visited.still()
         downloads = list[str]()
         visited.page.on("download", lambda download: downloads.append(download.url))
-        visited.page.evaluate("""() => {
-            window.extension = document.getElementById("view").getContext("webgl2").getExtension("WEBGL_lose_context");
-            window.extension.loseContext();
-        }""")
+        visited.lose_context()
         visited.until("document.documentElement.dataset.state === 'lost'")
         visited.page.keyboard.press("s")
         visited.until("!document.getElementById('save').disabled")
-        visited.page.evaluate("window.extension.restoreContext()")
+        visited.restore_context()
         visited.still()
         assert visited.saved().std() > 5
         assert (len(downloads), visited.console) == (1, [])

@@ -8,7 +8,7 @@ import pytest
 
 from mplicits.bake.registry import TARGETS
 from mplicits.model.model_file import save
-from support.browser import visit
+from support.browser import held_compilers, visit
 from support.changed_page import changed_page
 from support.page_pictures import MODEL, differ, remembering
 from support.random_model import random_model
@@ -23,13 +23,10 @@ def test_the_picture_comes_back_with_a_lost_context(browser: "Browser", page_fil
     with visit(browser, page_file, hash_="#az=100&el=-10") as visited:
         visited.still()
         before = visited.saved()
-        visited.page.evaluate("""() => {
-            window.extension = document.getElementById("view").getContext("webgl2").getExtension("WEBGL_lose_context");
-            window.extension.loseContext();
-        }""")
+        visited.lose_context()
         visited.page.wait_for_selector("#message:not([hidden])")
         assert visited.message().startswith("The graphics driver was reset.")
-        visited.page.evaluate("window.extension.restoreContext()")
+        visited.restore_context()
         visited.page.wait_for_selector("#message", state="hidden")
         visited.still()
         assert not differ(visited.saved(), before)
@@ -41,15 +38,12 @@ def test_a_lost_context_is_reported_and_may_come_back_late(browser: "Browser", t
     file.write_text(changed_page(MODEL, [("const WAIT = 12000;", "const WAIT = 300;")], shade="phong"))
     with visit(browser, file) as visited:
         visited.still()
-        visited.page.evaluate("""() => {
-            window.extension = document.getElementById("view").getContext("webgl2").getExtension("WEBGL_lose_context");
-            window.extension.loseContext();
-        }""")
+        visited.lose_context()
         visited.until("document.documentElement.dataset.state === 'failed'")
         assert "did not come back. Now you see the picture that travels in the page. Reload" in visited.message()
         assert visited.page.is_visible("#poster")
         assert visited.page.evaluate("getComputedStyle(document.getElementById('view')).opacity") == "0"
-        visited.page.evaluate("window.extension.restoreContext()")
+        visited.restore_context()
         visited.still()
         assert (visited.message(), visited.console) == ("", [])
 
@@ -141,24 +135,14 @@ def test_the_faster_variant_is_kept_and_remembered(browser: "Browser", page_file
             assert visited.root("storage") == expected
 
 
-UNFINISHED = """const context = WebGL2RenderingContext.prototype, {getProgramParameter, getSyncParameter} = context;
-const COMPLETION_STATUS_KHR = 0x91B1, isTried = () => localStorage.getItem("%s") === "trying";
-context.getProgramParameter = function (program, name) {
-    return !(name === COMPLETION_STATUS_KHR && isTried()) && getProgramParameter.call(this, program, name);
-};
-context.getSyncParameter = function (sync, name) { // without KHR_parallel_shader_compile
-    return isTried() ? this.UNSIGNALED : getSyncParameter.call(this, sync, name);
-};"""
-"""The literals' compiler never finishes; %s: the key in localStorage that holds the trial."""
-
-
 def test_opening_another_model_while_the_literals_compile_does_not_count_as_their_failure(
     browser: "Browser", page_file: Path, tmp_path: Path
 ) -> None:
     key = f"mplicits {MODEL.sha256()}"
     save(random_model((4, 0), name="other"), tmp_path / "other.safetensors")
-    with visit(browser, page_file, script=UNFINISHED % key) as visited:
-        visited.until(f"localStorage.getItem('{key}') === 'trying'")
+    trial = f"localStorage.getItem('{key}') === 'trying'"
+    with visit(browser, page_file, script=held_compilers(trial)) as visited:
+        visited.until(trial)
         visited.page.set_input_files("#file", tmp_path / "other.safetensors")
         visited.until("document.title === 'other'")
         assert visited.page.evaluate("key => localStorage.getItem(key)", key) is None
@@ -173,20 +157,11 @@ WebGL2RenderingContext.prototype.getParameter = function (name) {
 
 
 NOTHING = "WebGL2RenderingContext.prototype.create%s = () => null;"
-LOSE = """() => {
-    const context = document.getElementById("view").getContext("webgl2");
-    const lost = context.getExtension("WEBGL_lose_context");
-    const restored = new Promise((done) => context.canvas.addEventListener("webglcontextrestored", done, {once: true}));
-    lost.loseContext();
-    setTimeout(() => lost.restoreContext(), 50);
-    return restored.then(() => {});
-}"""
 
 
 @pytest.mark.parametrize(
     ("init", "replaced", "expected"),
     [
-        ("HTMLCanvasElement.prototype.getContext = () => null;", None, "This browser shows no WebGL2"),
         (SMALL_TEXTURES, None, "this device's largest side is 512"),
         ("", (" = trace_with_normal(", " = nothing("), "This device's compiler refuses the shader: ERROR: 0:"),
         *((NOTHING % kind, None, "The graphics driver is out of memory") for kind in ("Shader", "Program", "Texture")),
@@ -214,10 +189,12 @@ def test_a_context_lost_again_and_again_leaves_the_poster(browser: "Browser", pa
     with visit(browser, page_file) as visited:
         visited.still()
         for _ in range(5):
-            visited.page.evaluate(LOSE)
+            visited.lose_context()
+            visited.restore_context()
             visited.still()
         assert visited.message() == ""
-        visited.page.evaluate(LOSE)
+        visited.lose_context()
+        visited.restore_context()
         assert visited.message().startswith("The graphics driver was reset again and again. Now you see")
         assert visited.page.is_visible("#poster")
         assert (visited.root("state"), visited.console) == ("failed", [])

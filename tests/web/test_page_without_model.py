@@ -12,14 +12,6 @@ from support.page_pictures import MODEL
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
-LOSE = """() => {
-    const gl = document.getElementById("view").getContext("webgl2"), lost = gl.getExtension("WEBGL_lose_context");
-    const restored = new Promise((done) => view.addEventListener("webglcontextrestored", done, {once: true}));
-    lost.loseContext();
-    setTimeout(() => lost.restoreContext(), 50);
-    return restored;
-}"""
-
 
 def test_a_page_without_a_model_waits_for_one(browser: "Browser", tmp_path: Path) -> None:
     file = tmp_path / "empty.html"
@@ -33,7 +25,8 @@ def test_a_page_without_a_model_waits_for_one(browser: "Browser", tmp_path: Path
         visited.page.wait_for_selector("#message:not([hidden])")
         for hidden in ("#side", "#fold", "header", "#status", "#poster", "#progress"):
             assert not visited.page.is_visible(hidden), hidden
-        visited.page.evaluate(LOSE)
+        visited.lose_context()
+        visited.restore_context()
         visited.drop(to_bytes(MODEL), "ball.safetensors")
         visited.until("document.documentElement.dataset.error")
         visited.still()

@@ -1,8 +1,6 @@
 """Tiny pages: their code, their picture against Shadertoy's text, controls, failing devices, hostile names."""
 
-import re
 from dataclasses import replace
-from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,13 +15,11 @@ from mplicits.model.model_file import load
 from mplicits.model.quantize import quantized_model
 from mplicits.viewer.draw.context import Context
 from mplicits.web.base124 import base124
-from mplicits.web.tiny_page import HEAD
 from support import needs
 from support.browser import visit
 from support.moving_model import moving_model
 from support.page_pictures import MODEL
 from support.random_model import random_model
-from support.scene_models import STILL, composed
 from support.shadertoy import SHADERTOY, picture
 from support.tiny_visit import COUNT, MOVES, asked, still
 from support.unpacked import bytes_of
@@ -33,7 +29,6 @@ if TYPE_CHECKING:
 
 TINY = TARGETS["tiny"]
 SMALL = replace(quantized_model(MODEL), credit="somebody, CC0", front=(200.0, 15.0))
-SHIPPED = load(model_path("spot-small"))
 SIZE = (195, 422)
 LABEL = 40
 """Rows at the top of a picture that may hold the credit."""
@@ -60,33 +55,6 @@ def test_the_text_of_a_page_holds_any_bytes(size: int) -> None:
         assert len(text) <= 1.1508 * size + 1
         assert not set(text) & {"\0", "\r", "<"}
         assert text.isascii()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("shade", ["phong", "softbox"])
-def test_the_page_draws_the_picture_of_shadertoys_text(
-    browser: "Browser", osmesa: Context, tmp_path: Path, shade: str
-) -> None:
-    text = SHADERTOY(SHIPPED, "packed", shade=shade)
-    assert "float V;" in text, "it has a grid of narrow bands"
-    with visit(browser, page(SHIPPED, tmp_path, shade), size=SIZE, share=1, script=COUNT) as visited:
-        drawn = still(visited)
-        samples = {aa: picture(osmesa, text.replace("AA 1", f"AA {aa}"), size=SIZE) for aa in (1, 2)}
-        assert max(psnr(drawn, other) for other in samples.values()) > 40
-        assert 500 < visited.page.evaluate("first") < 1200, "no long draw before the device is known"
-        assert visited.page.title() == SHIPPED.name
-        assert f"{SHIPPED.name} by {SHIPPED.credit}" in visited.page.inner_text("body")
-        assert visited.console == []
-
-
-@pytest.mark.slow
-def test_the_pages_names_are_not_in_shadertoys_text(tmp_path: Path) -> None:
-    added = set(re.findall(r"\w+(?=[,;])", HEAD)) - {"float", "int"}
-    models = (SHIPPED, moving_model(), composed(tmp_path, STILL, widths=(8, 12)))
-    for storage, shade in product(("packed", "literal"), ("phong", "softbox")):
-        for model in models[: 3 if storage == "literal" else 1]:
-            names = set(re.findall(r"\w+", SHADERTOY(model, storage, 4, shade=shade)))
-            assert added & names == {"iResolution", "iFrame"}, (model.name, storage, shade)
 
 
 PINCH = """() => {
