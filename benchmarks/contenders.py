@@ -6,7 +6,7 @@ mesh's vertices with normals, as in the paper; the others see exact distances as
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -25,7 +25,7 @@ from mplicits.trainer.networks.network import Weights, initial, to_model
 from mplicits.trainer.progress import TrainingBar
 from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.shape import Doubles, Shape, SurfacePoints, unit
-from mplicits.trainer.suited_omegas import with_suited_omegas
+from mplicits.trainer.suited_omegas import suited_omegas
 from mplicits.trainer.train import Training
 
 BATCH = 8192
@@ -82,7 +82,7 @@ def trained(shape: Shape, chosen: Settings, began: float | None = None) -> Model
 
     began: time.perf_counter() at which the seconds of `chosen` start; None: now.
     """
-    suited = with_suited_omegas(shape, chosen)
+    suited = replace(chosen, omegas=suited_omegas(shape, chosen.networks))
     return Training(shape, suited, TrainingBar(quiet=True), began, components=loose_components).run()
 
 

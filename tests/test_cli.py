@@ -282,7 +282,7 @@ def test_the_verbs_that_read_meshes_ask_for_the_mesher_s_extra() -> None:
     extras_of_verbs = {name: verb.extra for name, verb in cli.verbs().items()}
     assert {name for name, extra in extras_of_verbs.items() if extra == "mesh"} == {"check", "mesh", "eval", "report"}
     # Options of `unproject` and `train`, and some formats, need the others; the verbs themselves do not.
-    assert {*extras_of_verbs.values(), "depth", "cluster", "formats", "meshopt"} == set(extras.EXTRAS)
+    assert {*extras_of_verbs.values(), "depth", "formats", "meshopt"} == set(extras.EXTRAS)
 
 
 @pytest.mark.parametrize(

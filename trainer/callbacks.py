@@ -139,7 +139,7 @@ class Checkpoint(Callback):
         self._write(state)
 
 
-class Preview(Callback):
+class ShowLevels(Callback):
     """Passes the model on after every level. What fails there, such as a file on a full disk, costs no training."""
 
     def __init__(self, show: Callable[[Model], object], say: Callable[[str], None]) -> None:

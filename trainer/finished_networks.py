@@ -2,7 +2,7 @@
 
 import json
 import time
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any, TypeGuard
 
@@ -110,18 +110,18 @@ def unfinished_record(size: str, omega: float, snapshot: Snapshot, began: float)
     return {"network": size, "omega": omega, **counted, "seconds": round(time.perf_counter() - began, 3)}
 
 
-def same_training(model: Model, settings: Settings) -> bool:
-    """Whether a model was trained with the same settings, as far as they affect its weights."""
+def same_training(model: Model, settings: Settings, but: Set[str] = frozenset()) -> bool:
+    """Whether a model was trained with the same settings, as far as they affect its weights. but: others to ignore."""
     present = json.loads(json.dumps(asdict(settings)))
-    return _affecting_weights(model.provenance.get("settings")) == _affecting_weights(present)
+    return _affecting_weights(model.provenance.get("settings"), but) == _affecting_weights(present, but)
 
 
-def _affecting_weights(settings: object) -> object:
+def _affecting_weights(settings: object, but: Set[str]) -> object:
     """Return the settings of a provenance that affect the weights."""
     if not isinstance(settings, dict):
         return None
     timed = settings.get("seconds") is not None
-    return {key: value for key, value in settings.items() if key not in MAY_CHANGE} | {"timed": timed}
+    return {key: value for key, value in settings.items() if key not in MAY_CHANGE | but} | {"timed": timed}
 
 
 def trained_model(

@@ -1,7 +1,7 @@
 """The options of `train`, `morph` and `import`, for the command line and for Python. Nothing here needs torch."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -119,6 +119,10 @@ class TrainingOptions(Options):
     quiet: bool = option(False, "show no progress bar, and not what was read of the shape", group="training")
     follow: bool = follow_option()
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.settings()  # raises UserError for texts that it cannot read
+
     @property
     def crease_angle(self) -> float | None:
         """Angle in degrees above which an edge of a mesh may be a crease; None: faces are flat."""
@@ -148,6 +152,7 @@ class TrainingOptions(Options):
             device=self.device,
             weights=parse.loss_weights(weights),
             packed=self.packed or (preset.packed and not named),
+            noise=getattr(self, "noise", None),  # `morph` has none
             texture_network=parse.networks(texture, "--texture-network")[0] if texture else None,
             up=self.up,
             front=parse.front(text_of(self.front)),
@@ -196,12 +201,11 @@ class TrainOptions(TrainingOptions):
         group="shape",
     )
 
-    def settings(self) -> Settings:
-        """Return the settings of the training. Raises UserError."""
+    def __post_init__(self) -> None:
+        super().__post_init__()
         parse_columns(self.columns)
         if self.bits is not None:
             read_bits(self.bits)
-        return replace(super().settings(), noise=self.noise)
 
 
 def _as_in_train(name: str) -> Any:
