@@ -18,7 +18,7 @@ from mplicits.field.pack import packed
 from mplicits.ir.lower import lower
 from mplicits.mesher.extract import extract_model
 from mplicits.model import gallery
-from mplicits.model.model import Model, shape_of
+from mplicits.model.model import Model, size_text
 from mplicits.model.model_file import load, save, to_bytes
 from mplicits.readers.values import Doubles, Integers
 from mplicits.trainer.progress import TrainingBar
@@ -117,7 +117,7 @@ def siren(shape: Shape, name: str, shelf: Shelf) -> Named:
 
 def _named(key: str, size: str, model: Model) -> Named:
     """Describe a model by its size, levels, and steps."""
-    levels = ",".join(shape_of(level.network) for level in model.levels)
+    levels = ",".join(size_text(level.network) for level in model.levels)
     steps = ",".join(str(record["steps"]) for record in model.provenance["levels"])
     return Named(key, f"{size}{' ' * bool(size)}{levels}, {steps} steps", model)
 

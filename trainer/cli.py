@@ -55,14 +55,14 @@ def _import(command: ImportCommand) -> None:
     output = command.output or Path(command.checkpoints[-1].stem + SUFFIX)
     reads = [*command.checkpoints, *([] if command.shape is None else [Path(command.shape)])]
     check_writable(output, reads, kind=MODEL, force=command.force)
-    from ..model.model import shape_of
+    from ..model.model import size_text
     from ..model.model_file import save
     from .import_authors import import_checkpoints
 
     model = import_checkpoints(command.checkpoints, command)
     save(model, output)
     for number, level in enumerate(model.levels, start=1):
-        print(f"level {number}: {shape_of(level.network)}, delta {level.delta:.4g}, slope up to {level.lipschitz:.3g}")
+        print(f"level {number}: {size_text(level.network)}, delta {level.delta:.4g}, slope up to {level.lipschitz:.3g}")
     print(f"{show(output)}: {model.parameters()} parameters")
 
 

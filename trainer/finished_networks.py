@@ -11,7 +11,7 @@ import torch
 
 from ..model.errors import UserError
 from ..model.field_figures import FieldFigures
-from ..model.model import DEFAULT_ITERATIONS, DEFAULT_STEP_BOUND, Level, Model, shape_of
+from ..model.model import DEFAULT_ITERATIONS, DEFAULT_STEP_BOUND, Level, Model, size_text
 from ..model.orientation import DEFAULT_UP
 from ..model.surface_figures import SurfaceRecord
 from ..model.value_types import fits
@@ -182,7 +182,7 @@ def resumed(model: Model, shape: Shape, settings: Settings, device: torch.device
         raise UserError("--resume: this model has no record of its training; train a new one")
     if model.provenance.get("source") != shape.source:
         raise UserError("--resume: this model was trained on another shape; name another output with -o")
-    present = [shape_of(level.network) for level in model.levels]
+    present = [size_text(level.network) for level in model.levels]
     wanted = [f"{width}x{depth}" for width, depth in settings.networks]
     if present != wanted[: len(present)]:
         raise UserError(f"--resume: the model has levels {','.join(present)}, --levels says {','.join(wanted)}")

@@ -21,9 +21,10 @@ from mplicits.trainer.callbacks import (
     share_near_one,
     surface_goal,
 )
-from mplicits.trainer.config import LossConfig, MiningConfig, SurfaceEikonalConfig
+from mplicits.trainer.config import LossConfig, SurfaceEikonalConfig
 from mplicits.trainer.level import LevelState, LevelStep
 from mplicits.trainer.mining import Miner
+from mplicits.trainer.mining_config import MiningConfig
 from mplicits.trainer.networks import fit, losses
 from mplicits.trainer.networks.callback import Callback, FitState
 from mplicits.trainer.networks.network import Weights, initial, value

@@ -9,7 +9,7 @@ import pytest
 import torch
 
 from mplicits.model.errors import UserError
-from mplicits.model.model import Model, shape_of
+from mplicits.model.model import Model, size_text
 from mplicits.model.model_file import load, save
 from mplicits.trainer import held_out_errors, machine, plan
 from mplicits.trainer.config import BudgetConfig, SamplingConfig
@@ -113,7 +113,7 @@ def test_a_seed_gives_the_same_weights(ball: Shape) -> None:
 def test_three_levels_have_the_sizes_of_the_settings(ball: Shape) -> None:
     settings = Settings(networks=((16, 1), (16, 1), (12, 0)), omegas=(8.0, 16.0, 24.0), steps=(120, 120, 120, 60))
     model = train(ball, settings)
-    assert [shape_of(part.network) for part in model.levels] == ["16x1", "16x1", "12x0"]
+    assert [size_text(part.network) for part in model.levels] == ["16x1", "16x1", "12x0"]
     assert model.levels[0].delta > model.levels[2].delta
 
 

@@ -6,7 +6,7 @@ import {DELTA_FACTOR} from "../model/constants.js";
 // Measures the step bounds of each level where the last is traced, and the largest |grad f| along the rays.
 // evaluate: fills value and gradient of the nested field (Eq. 3) at rows, and returns the level of each, from 0. deltas:
 // of the levels; aims: rows on the surface; random: returns numbers in [0, 1); config: `TracingConfig` of
-// trainer/config.py. Returns {bounds, steepest}.
+// trainer/measuring_config.py. Returns {bounds, steepest}.
 export function traced(evaluate, deltas, aims, random, config) {
     const last = deltas.length - 1, offsets = deltas.map((delta, i) => (i < last ? delta / DELTA_FACTOR : 0));
     const bounds = deltas.map(() => 1);
