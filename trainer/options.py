@@ -27,8 +27,26 @@ Numbers = str | Sequence[float] | float
 """Numbers, or their text with commas between."""
 
 
+class _ShapeOptions:
+    """What the options of `train`, `morph` and `check` say of the reading of a shape."""
+
+    texture: str
+    crease: float
+    flat: bool
+
+    @property
+    def crease_angle(self) -> float | None:
+        """Angle in degrees above which an edge of a mesh may be a crease; None: faces are flat."""
+        return None if self.flat else self.crease
+
+    @property
+    def image(self) -> Path | None:
+        """Image of the texture, where the user names one."""
+        return None if self.texture in ("auto", "none") else Path(self.texture)
+
+
 @dataclass(frozen=True)
-class TrainingOptions(Options):
+class TrainingOptions(_ShapeOptions, Options):
     """Options of `train` and `morph` (docs/training.md)."""
 
     levels: str | Sequence[str] | None = option(
@@ -123,16 +141,6 @@ class TrainingOptions(Options):
         super().__post_init__()
         self.settings()  # raises UserError for texts that it cannot read
 
-    @property
-    def crease_angle(self) -> float | None:
-        """Angle in degrees above which an edge of a mesh may be a crease; None: faces are flat."""
-        return None if self.flat else self.crease
-
-    @property
-    def image(self) -> Path | None:
-        """Image of the texture, where the user names one."""
-        return None if self.texture in ("auto", "none") else Path(self.texture)
-
     def settings(self) -> Settings:
         """Return the settings of the training. Raises UserError."""
         preset = PRESETS[self.preset]
@@ -215,7 +223,7 @@ def _as_in_train(name: str) -> Any:
 
 
 @dataclass(frozen=True)
-class CheckOptions(Options):
+class CheckOptions(_ShapeOptions, Options):
     """Options of `check`: those of `train` that say how a shape is read."""
 
     texture: str = _as_in_train("texture")
