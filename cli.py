@@ -14,7 +14,6 @@ from contextlib import suppress
 from difflib import get_close_matches
 from typing import NoReturn
 
-from .api.hooks import describe_surface, loose_components, pack, pictures, surface_of
 from .demo import demo_verb
 from .model.errors import UserError
 from .model.extras import advice, install_and_repeat
@@ -22,9 +21,8 @@ from .model.files import inputs_kept, show
 from .model.interrupts import ENDINGS, INTERRUPTED, ended_by
 from .model.verb import HELP_ALL, Verb
 from .model.version import installed_version
-from .trainer.cli import Hooks, training_verbs
 
-ROOMS = ("trainer", "capture", "scenes", "web", "bake", "viewer", "mesher", "reporting", "site")
+ROOMS = ("api", "trainer", "capture", "scenes", "web", "bake", "viewer", "mesher", "reporting", "site")
 """Folders whose cli.py declares VERBS, in the order of the help."""
 ABOUT = "A mesh or an oriented point cloud becomes a small multiscale neural SDF, baked into shaders."
 EXAMPLE = "example: mplicits train bunny.ply -o bunny.safetensors"
@@ -51,8 +49,7 @@ class Parser(argparse.ArgumentParser):
 def verbs() -> dict[str, Verb]:
     """Return the verbs by name, in the order of the help. Imports each room's cli.py, which is light."""
     room_verbs = [verb for room in ROOMS for verb in importlib.import_module(f".{room}.cli", __package__).VERBS]
-    trainings = training_verbs(Hooks(describe_surface, loose_components, surface_of, pack, pictures))
-    return {verb.name: verb for verb in (demo_verb(perform), *trainings, *room_verbs)}
+    return {verb.name: verb for verb in (demo_verb(perform), *room_verbs)}
 
 
 def perform(argv: Sequence[str]) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..bake.options import BakeOptions, InfoOptions, PackOptions
 from ..mesher.options import EvalOptions, MeshOptions
 from ..model.files import path_of
-from ..model.model import level_networks, shape_of, sizes
+from ..model.model import level_networks, size_text, sizes
 from ..model.model_file import save as save_model
 from ..model.options import takes
 from ..viewer.options import PictureOptions
@@ -68,7 +68,7 @@ class Field(FieldFunction):
 
     def __repr__(self) -> str:
         """Describe the model in a line."""
-        texture = "" if self.model.texture is None else f", colors by {shape_of(self.model.texture)}"
+        texture = "" if self.model.texture is None else f", colors by {size_text(self.model.texture)}"
         texture = f", a scene of {len(self.model.shapes)} models" if self.model.scene is not None else texture
         moves = ", moving" if self.model.inputs == "xyzt" else ""
         return (

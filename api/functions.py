@@ -2,7 +2,6 @@
 
 import tempfile
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,8 +16,9 @@ from ..model.options import takes
 from ..trainer.openmp import prepare_openmp
 from ..trainer.options import CheckOptions, ImportOptions, MorphOptions, TrainOptions
 from .field import Field
-from .notebook import Preview
+from .notebook import NotebookPreview
 from .pictures import pictures
+from .training import finished, source_of_morph, source_of_shape
 
 if TYPE_CHECKING:
     from ..capture.unprojection import Unprojected
@@ -81,10 +81,7 @@ def train(shape: "str | Path | Arrays", options: TrainArguments) -> Field:
     Raises UserError.
     """
     prepare_openmp()
-    from ..trainer.sources import frames_source, shape_source
-
-    source = frames_source(shape, options) if options.time else shape_source(shape, options)
-    return _trained(source, options, options.bits)
+    return _field(source_of_shape(shape, options), options)
 
 
 @takes(CheckOptions)
@@ -107,47 +104,28 @@ def morph(first: Field | str | Path, second: Field | str | Path, options: MorphA
     after_level, preview: as in `train`. Raises UserError.
     """
     prepare_openmp()
-    from ..trainer.sources import morph_source
-    from .hooks import surface_of
-
     ends = [end.model if isinstance(end, Field) else end for end in (first, second)]
-    return _trained(morph_source(ends[0], ends[1], lambda model: surface_of(model, options.quiet), options), options)
+    return _field(source_of_morph(ends[0], ends[1], options), options)
 
 
-def _trained(source: "Source", options: TrainArguments | MorphArguments, bits: str | float | None = None) -> Field:
-    """Train, show each level as `options` say, and return the model. bits: of `train`."""
-    from ..trainer.session import train as train_source
-    from .hooks import loose_components, pack
+def _field(source: "Source", options: TrainArguments | MorphArguments) -> Field:
+    """Train, show each level as `options` say, and return the model."""
+    from ..trainer.session import Request
 
-    preview = Preview() if options.preview is True else None
-    draw = pictures(path_of(options.preview, "--preview")) if options.preview and options.preview is not True else None
-
-    def show(model: "Model") -> Field:
-        field = Field(model)
-        if preview is not None:
-            preview.show(field)
-        if draw is not None:
-            draw(model)
-        return field
-
-    def on_level(model: "Model") -> None:
-        field = show(model)
-        if options.after_level is not None:
-            options.after_level(field)
-
-    resume = options.resume.model if options.resume is not None else False
-    model = train_source(
-        source,
-        options,
-        resume=resume,
+    previews: list[Callable[[Model], object]] = []
+    if options.preview is True:
+        notebook = NotebookPreview()
+        previews.append(lambda model: notebook.show(Field(model)))
+    elif options.preview:
+        previews.append(pictures(path_of(options.preview, "--preview")))
+    after = options.after_level
+    request = Request(
+        resume=False if options.resume is None else options.resume.model,
         callback=options.callback,
-        on_level=on_level,
-        components=loose_components,
-        finish=None if bits is None else lambda model: pack(model, bits),
+        previews=previews,
+        after_level=None if after is None else lambda model: after(Field(model)),
     )
-    with suppress(UserError):  # The preview of the last level has said so.
-        show(model)
-    return Field(model)
+    return Field(finished(source, options, request).model)
 
 
 @takes(UnprojectOptions)

@@ -9,16 +9,14 @@ import tempfile
 import webbrowser
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from ..model.errors import UserError
+from ..model.model import Model
 from ..model.page_style import DARK, LIGHT
 from ..web.document import whole
 from ..web.page import page_of, standalone
 from .pictures import file_name, png
-
-if TYPE_CHECKING:
-    from .field import Field
 
 HEIGHT = 420
 """CSS pixels of the frame's height."""
@@ -57,18 +55,28 @@ opens a block, because some hosts join lines.
 """
 
 
-def mimebundle(field: "Field") -> dict[str, str]:
+class Shown(Protocol):
+    """What a notebook shows: a `Field`."""
+
+    @property
+    def model(self) -> Model: ...
+
+    @property
+    def name(self) -> str: ...
+
+
+def mimebundle(field: Shown) -> dict[str, str]:
     """Return the displays of a model: a line of text, a PNG in base64 for hosts without HTML, and the live page."""
     png = picture(field)
     return {"text/plain": repr(field), "image/png": png, "text/html": frame(field, png)}
 
 
-def picture(field: "Field") -> str:
+def picture(field: Shown) -> str:
     """Draw a model from its front: the base64 of a PNG with a transparent background. It needs no OpenGL."""
     return base64.b64encode(png(field.model)).decode()
 
 
-def frame(field: "Field", png: str) -> str:
+def frame(field: Shown, png: str) -> str:
     """Return HTML with an iframe that runs the page of a model; the document is in an attribute, fully escaped.
 
     png: `picture(field)`, visible before the page runs. It is also behind the iframe: JupyterLab and GitHub remove
@@ -92,7 +100,7 @@ def frame(field: "Field", png: str) -> str:
     )
 
 
-class Preview:
+class NotebookPreview:
     """A picture in a notebook that each level of a training replaces."""
 
     def __init__(self) -> None:
@@ -102,7 +110,7 @@ class Preview:
         self._display = import_module("IPython.display").display
         self._handle: Any = None  # IPython's handle of the display
 
-    def show(self, field: "Field") -> None:
+    def show(self, field: Shown) -> None:
         """Replace the picture by one of this model."""
         bundle = {"text/plain": repr(field), "image/png": picture(field)}
         if self._handle is None:
@@ -111,7 +119,7 @@ class Preview:
             self._handle.update(bundle, raw=True)
 
 
-def show(field: "Field") -> None:
+def show(field: Shown) -> None:
     """Display a model in a notebook; elsewhere, open its page in the web browser, from a new temporary file.
 
     Raises UserError, which names the file, where no browser opens.

@@ -5,7 +5,7 @@ from typing import Any
 from ..ir.lower import lower
 from ..ir.program import Cost
 from ..model.errors import UserError
-from ..model.model import Model, level_networks, shape_of
+from ..model.model import Model, level_networks, size_text
 from ..model.model import sizes as sizes_of
 from ..model.model_file import to_bytes
 from ..model.packed_weights import pack
@@ -40,7 +40,7 @@ def model_facts(model: Model, *, sizes: bool = False) -> dict[str, Any]:
         "parameters": model.parameters(),
         "levels": levels,
         "file": _file(model),
-        "texture": None if model.texture is None else shape_of(model.texture),
+        "texture": None if model.texture is None else size_text(model.texture),
         "shapes": [shape.name for shape in model.shapes],
         "inputs": model.inputs,
         "centre": model.center,

@@ -28,7 +28,7 @@ from mplicits.field.half_widths import Grid
 from mplicits.ir.lower import lower
 from mplicits.ir.program import Program
 from mplicits.model.gallery import model_path
-from mplicits.model.model import Model, shape_of
+from mplicits.model.model import Model, size_text
 from mplicits.model.model_file import load
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import open_osmesa
@@ -193,7 +193,7 @@ def measure(page: Page, path: Path, side: int, cameras: list[Camera], timed: int
         apart.append(difference)
     for renderer in renderers:
         renderer.release()
-    levels = " > ".join(shape_of(level.network) for level in model.levels)
+    levels = " > ".join(size_text(level.network) for level in model.levels)
     evaluations = [", ".join(f"{number / 1000:,.0f}" for number in work.evaluations) for work in counted[:2]]
     saved = [f"1 / {counted[0].multiply_adds / work.multiply_adds:.2f}" for work in counted[1:]]
     losses, extras = (", ".join(str(getattr(work, key)) for work in counted) for key in ("lost", "extra"))

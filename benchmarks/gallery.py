@@ -18,7 +18,7 @@ from mplicits.codegen.targets.glsl330 import bake
 from mplicits.model import gallery
 from mplicits.model.errors import UserError
 from mplicits.model.files import write_whole
-from mplicits.model.model import Model, shape_of
+from mplicits.model.model import Model, size_text
 from mplicits.model.model_file import load, save, to_bytes
 from mplicits.model.surface_figures import surface_record
 from mplicits.scenes.compose import compose
@@ -178,9 +178,9 @@ def main() -> None:
         if len(text.encode()) <= PAGE_MOST:
             write_whole(folder / f"{name}.html", text)
             pages.append(name)
-        levels = ",".join(shape_of(level.network) for level in model.levels)
+        levels = ",".join(size_text(level.network) for level in model.levels)
         page.add(
-            f"| {name} | {levels} + {shape_of(model.texture)} | {model.parameters():,} | "
+            f"| {name} | {levels} + {size_text(model.texture)} | {model.parameters():,} | "
             f"{paths[name].stat().st_size:,} | {len(text.encode()):,} | {shadertoy(model)} | "
             f"{model.provenance['seconds']:.0f} | {figures(model)} |"
         )

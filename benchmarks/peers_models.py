@@ -18,7 +18,7 @@ from mplicits.ir.lower import lower
 from mplicits.mesher.extract import extract_model
 from mplicits.mesher.surface_line import loose_components
 from mplicits.model import gallery
-from mplicits.model.model import Model, shape_of
+from mplicits.model.model import Model, size_text
 from mplicits.model.model_file import load, save, to_bytes
 from mplicits.readers.values import Doubles, Integers
 from mplicits.trainer import settings
@@ -126,7 +126,7 @@ def siren(shape: Shape, name: str, shelf: Shelf) -> Named:
 
 def _named(key: str, size: str, model: Model) -> Named:
     """Describe a model by its size and levels."""
-    levels = ",".join(shape_of(level.network) for level in model.levels)
+    levels = ",".join(size_text(level.network) for level in model.levels)
     return Named(key, f"{size} {levels}".strip(), model)
 
 

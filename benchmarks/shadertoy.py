@@ -15,7 +15,7 @@ from mplicits.bake.registry import TARGETS
 from mplicits.codegen.targets.shadertoy import WIDEST
 from mplicits.field.bits import cost, fewest_bits
 from mplicits.model import gallery
-from mplicits.model.model import Network, shape_of
+from mplicits.model.model import Network, size_text
 from mplicits.model.model_file import load
 from mplicits.model.quantize import step_of
 from mplicits.viewer.draw.compile import VERTEX_SHADER
@@ -89,10 +89,10 @@ def main() -> None:
         difference = picture(context, text) - picture(context, shadertoy(model, "literal", 7, shade="phong"))
         psnr = 10 * np.log10(255**2 / np.square(difference).mean())
         bits = ", ".join(_bits(network) for network in packed.networks().values())
-        shapes = ", ".join(shape_of(level.network) for level in model.levels)
+        shapes = ", ".join(size_text(level.network) for level in model.levels)
         assert model.texture is not None
         page.add(
-            f"| {name} | {shapes} + {shape_of(model.texture)} | {len(text):,} | {studio} "
+            f"| {name} | {shapes} + {size_text(model.texture)} | {len(text):,} | {studio} "
             f"| {len(decimals):,} | {bits} | {paid.distance:.1e} | {paid.largest:.1e} "
             f"| {paid.angle:.2f} | {paid.color:.1f} | {psnr:.1f} | {seconds:.1f} |"
         )

@@ -5,7 +5,7 @@ from pathlib import Path
 from ..model.errors import UserError
 from ..model.files import show
 from ..model.interrupts import ended_by
-from ..model.model import Model, shape_of
+from ..model.model import Model, size_text
 from ..model.model_file import save
 from ..trainer.checkpoint import CheckpointFile
 from ..trainer.progress import TrainingBar
@@ -71,7 +71,7 @@ def report(model: Model, output: Path) -> str:
     masks = "with masks" if source["masks"] else "without masks"
     lines = [f"{source['views']} photographs of {width} x {height} pixels, {masks}; {provenance['steps']} steps"]
     lines += [
-        f"level {i}: {shape_of(level.network)}, delta {level.delta:.4f}"
+        f"level {i}: {size_text(level.network)}, delta {level.delta:.4f}"
         for i, level in enumerate(model.levels, start=1)
     ]
     if psnr is not None:

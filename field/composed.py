@@ -20,7 +20,7 @@ Values = NDArray[np.float64]
 class _LeafAtPoints:
     """The values of a leaf at points."""
 
-    leaf: Leaf
+    leaf: Leaf[Program]
     turn: Values
     """(3, 3), from directions of the leaf's space to the scene's."""
     scale: float
@@ -38,7 +38,7 @@ class _LeafAtPoints:
     ball."""
 
     @classmethod
-    def at(cls, leaf: Leaf, points: Array, time: float) -> "_LeafAtPoints":
+    def at(cls, leaf: Leaf[Program], points: Array, time: float) -> "_LeafAtPoints":
         """Transform points (N, 3) into the leaf's space."""
         turn, scale, placed = np.eye(3), 1.0, points.astype(np.float64)
         for place in leaf.places:
@@ -165,7 +165,7 @@ def color(program: Program, points: Array, time: float, plain: Sequence[float] =
     return total.astype(np.float32)
 
 
-def _composition(program: Program) -> Composition:
+def _composition(program: Program) -> Composition[Program]:
     assert program.composition is not None
     return program.composition
 

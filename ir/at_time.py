@@ -49,7 +49,7 @@ def at_time(program: Program, time: float) -> Program:
     )
 
 
-def _scene_at(program: Program, composition: Composition, time: float) -> Program:
+def _scene_at(program: Program, composition: Composition[Program], time: float) -> Program:
     """Return a scene at one time. Every leaf gets a separate program."""
 
     def fixed(value: Expression) -> Expression:

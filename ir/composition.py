@@ -22,21 +22,23 @@ derivative of the root's value by the shape's value (for colors, with its absolu
 """
 
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 from ..model.expression import Expression
 from ..model.scene import Disc, Placement
-from .program import Program
 
+Part = TypeVar("Part")
+"""A `Program`, whose file imports this one."""
 MARGIN = 0.1
 """Distance outside a shape's unit sphere up to which its network is evaluated, in its radii; smooth unions need
 more."""
 
 
 @dataclass(frozen=True, eq=False)
-class Leaf:
+class Leaf(Generic[Part]):
     """One shape of a scene."""
 
-    part: Program | Disc
+    part: Part | Disc
     places: tuple[Placement, ...]
     """Placements, the outermost first."""
     time: Expression
@@ -58,10 +60,10 @@ class Join:
 
 
 @dataclass(frozen=True, eq=False)
-class Composition:
+class Composition(Generic[Part]):
     """A scene without its bands."""
 
-    programs: tuple[Program, ...]
+    programs: tuple[Part, ...]
     """The programs of all leaves, without repetition; the names of their functions and constants differ."""
-    leaves: tuple[Leaf, ...]
+    leaves: tuple[Leaf[Part], ...]
     root: Join

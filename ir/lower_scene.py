@@ -35,14 +35,14 @@ def lower_scene(model: Model, programs: Sequence[Program]) -> Program:
     """Return the program of a scene from the programs of its models."""
     assert model.scene is not None
     named = [prefixed(program, f"shape{i}") for i, program in enumerate(programs, start=1)]
-    leaves: list[Leaf] = []
+    leaves: list[Leaf[Program]] = []
     root = _joined(model.scene, (), number(0), named, leaves)
     assert isinstance(root, Join)
     empty = Program(model.name, model.sha256(), bands(model), (), (), None, {})
     return scene_program(empty, tuple(leaves), root, moving=model.inputs == "xyzt")
 
 
-def scene_program(program: Program, leaves: tuple[Leaf, ...], root: Join, moving: bool) -> Program:
+def scene_program(program: Program, leaves: tuple[Leaf[Program], ...], root: Join, moving: bool) -> Program:
     """Return a program with another composition; leaves with the same program share it."""
     named = {leaf.part.values[0].name: leaf.part for leaf in leaves if isinstance(leaf.part, Program)}
     programs = tuple(named.values())
@@ -83,7 +83,11 @@ def bands(model: Model) -> tuple[Band, ...]:
 
 
 def _joined(
-    node: Node, places: tuple[Placement, ...], seam: Expression, programs: Sequence[Program], leaves: list[Leaf]
+    node: Node,
+    places: tuple[Placement, ...],
+    seam: Expression,
+    programs: Sequence[Program],
+    leaves: list[Leaf[Program]],
 ) -> Join | int:
     """Return a node as a join of leaves, which are appended to `leaves`.
 

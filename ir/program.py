@@ -29,13 +29,11 @@ The program of a scene has the functions of all its models; composition.py defin
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from .composition import Composition
+from .composition import Composition
 
 Array = NDArray[np.float32]
 
@@ -169,7 +167,7 @@ class Program:
     """Name -> float32 matrix (rows, columns) or vector (n,), zero-padded to multiples of 4."""
     moving: bool = False
     """Whether the fourth component of the input is time, not 1."""
-    composition: "Composition | None" = None
+    composition: "Composition[Program] | None" = None
     """Set for a scene, which has no values, gradients or texture."""
 
     @property

@@ -21,7 +21,6 @@ _MESH = {"igl", "lxml", "networkx", "scipy", "threadpoolctl", "trimesh"}
 EXTRAS = {
     "mesh": Extra(_MESH, "220 MB"),
     "train": Extra({*_MESH, "torch"}, "1.1 GB, with CUDA several"),
-    "cluster": Extra({"dask", "distributed"}, "40 MB"),
     "capture": Extra({"OpenEXR", "scipy"}, "150 MB"),
     "formats": Extra({"DracoPy", "laspy", "lazrs", "pye57", "pypcd4"}, "90 MB"),
     "meshopt": Extra({"meshoptimizer"}, "2 MB, and a compiler of C++"),

@@ -169,7 +169,7 @@ MODEL_SPACE = ((0.0, 0.0, 0.0), 1.0, DEFAULT_UP)
 """The `Model.place` of a model whose input space is model space."""
 
 
-def shape_of(network: Network) -> str:
+def size_text(network: Network) -> str:
     """Describe the size of a network as `NxD` for the paper's (N, d): D hidden layers from N to N numbers."""
     return f"{network[0].weight.shape[0]}x{len(network) - 2}"
 
@@ -181,7 +181,7 @@ def level_networks(model: Model, index: int) -> tuple[Network, ...]:
 
 def sizes(networks: tuple[Network, ...]) -> str:
     """Describe the distinct sizes of a level's networks."""
-    return "+".join(dict.fromkeys(map(shape_of, networks)))
+    return "+".join(dict.fromkeys(map(size_text, networks)))
 
 
 def validate(model: Model) -> None:

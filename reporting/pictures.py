@@ -14,7 +14,7 @@ from ..codegen.targets.camera import basis, fitting_distance
 from ..field.evaluate import Evaluator
 from ..field.trace import trace
 from ..model.image_file import png_bytes
-from ..model.model import Model, shape_of
+from ..model.model import Model, size_text
 from ..web.page import poster_pixels
 
 SIDE, SLICE = 256, 384
@@ -36,9 +36,9 @@ def levels(model: Model) -> Iterator[tuple[str, Picture]]:
     """Draw the model up to each level, and finally with its colors. Yields titles and pictures."""
     for i, level in enumerate(model.levels, start=1):
         part = replace(model, levels=model.levels[:i], texture=None)
-        yield f"level {i} ({shape_of(level.network)})", poster_pixels(part, SIDE)
+        yield f"level {i} ({size_text(level.network)})", poster_pixels(part, SIDE)
     if model.texture is not None:
-        yield f"texture ({shape_of(model.texture)})", poster_pixels(model, SIDE)
+        yield f"texture ({size_text(model.texture)})", poster_pixels(model, SIDE)
 
 
 def slice_of(model: Model) -> Picture:

@@ -38,7 +38,7 @@ FUNCTIONS: dict[str, Callable[..., object]] = {
 """Verb -> its Python function."""
 COMMAND_LINE_ONLY = {
     "render": {"benchmark", "frames", "fps", "once", "turn"},
-    "train": {"live", "jobs", "cluster"},
+    "train": {"live", "jobs"},
     "morph": {"live"},
     "photos": {"resume"},
 }

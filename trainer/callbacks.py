@@ -10,9 +10,10 @@ import torch
 from ..model.errors import UserError
 from ..model.model import Model
 from .checkpoint import CheckpointFile
-from .config import LossConfig, MiningConfig, SurfaceEikonalConfig
+from .config import LossConfig, SurfaceEikonalConfig
 from .level import LevelStep
 from .mining import Miner
+from .mining_config import MiningConfig
 from .networks.callback import Callback, FitState
 from .networks.network import Weights, adjoint_pass
 from .shapes.shape import Doubles
@@ -139,7 +140,7 @@ class Checkpoint(Callback):
         self._write(state)
 
 
-class Preview(Callback):
+class ShowLevels(Callback):
     """Passes the model on after every level. What fails there, such as a file on a full disk, costs no training."""
 
     def __init__(self, show: Callable[[Model], object], say: Callable[[str], None]) -> None:

@@ -8,17 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..model.errors import UserError
-from ..model.orientation import DEFAULT_UP, FILES_UP
+from .config import default_config
 from .options import CheckOptions
+from .progress import TrainingBar
 from .shape_picture import SIDE, drawn
 from .shapes.arrays import Arrays
-from .shapes.load import load_shape
 from .shapes.shape import Shape
+from .sources import shape_source
 from .texture_detail import POINTS as DRAWN
 from .texture_detail import detail_line
-
-TEXTURE = (64, 2)
-"""Width and depth of the largest texture network that `train` chooses by itself."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,25 +46,14 @@ class Checked:
 
 def check(shape: str | Path | Arrays, options: CheckOptions) -> Checked:
     """Read a shape as a training would. Raises UserError."""
-    image = None if options.texture in ("auto", "none") else Path(options.texture)
-    up = options.up
-    if up is None:
-        up = FILES_UP.get(Path(shape).suffix.lower(), DEFAULT_UP) if isinstance(shape, (str, Path)) else DEFAULT_UP
-    loaded, warnings = load_shape(
-        shape,
-        image,
-        columns=options.columns,
-        follow=options.follow,
-        crease=None if options.flat else options.crease,
-        noise=options.noise,
-        up=up,
-        thicken=options.thicken,
-    )
+    source = shape_source(shape, options)
+    loaded, warnings = source.load(TrainingBar(quiet=True), options.up or source.up)
     if loaded.moving:
         raise UserError("check: one shape at a time")
     if loaded.colored and options.texture != "none":
+        largest = default_config().lengths.texture_network
         drawn = loaded.surface(DRAWN, np.random.default_rng(0), colors=True)
-        if drawn.colors is not None and (finer := detail_line(drawn.points, drawn.colors, TEXTURE)):
+        if drawn.colors is not None and (finer := detail_line(drawn.points, drawn.colors, largest)):
             warnings = [*warnings, finer]
     line = f"{loaded.name}: the built-in shape" if loaded.taken is None else loaded.taken.line()
     return Checked(loaded, line, tuple(warnings))

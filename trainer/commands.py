@@ -49,13 +49,6 @@ class TrainCommand(FileOptions, TrainOptions):
         most=1024,
         group="files",
     )
-    cluster: str | None = option(
-        None,
-        "of a folder: train on the workers of the Dask scheduler there (tcp://host:8786), which see its files",
-        metavar="ADDRESS",
-        study=True,
-        group="files",
-    )
 
 
 @dataclass(frozen=True)

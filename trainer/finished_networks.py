@@ -2,7 +2,7 @@
 
 import json
 import time
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any, TypeGuard
 
@@ -11,7 +11,7 @@ import torch
 
 from ..model.errors import UserError
 from ..model.field_figures import FieldFigures
-from ..model.model import DEFAULT_ITERATIONS, DEFAULT_STEP_BOUND, Level, Model, shape_of
+from ..model.model import DEFAULT_ITERATIONS, DEFAULT_STEP_BOUND, Level, Model, size_text
 from ..model.orientation import DEFAULT_UP
 from ..model.surface_figures import SurfaceRecord
 from ..model.value_types import fits
@@ -110,18 +110,18 @@ def unfinished_record(size: str, omega: float, snapshot: Snapshot, began: float)
     return {"network": size, "omega": omega, **counted, "seconds": round(time.perf_counter() - began, 3)}
 
 
-def same_training(model: Model, settings: Settings) -> bool:
-    """Whether a model was trained with the same settings, as far as they affect its weights."""
+def same_training(model: Model, settings: Settings, but: Set[str] = frozenset()) -> bool:
+    """Whether a model was trained with the same settings, as far as they affect its weights. but: others to ignore."""
     present = json.loads(json.dumps(asdict(settings)))
-    return _affecting_weights(model.provenance.get("settings")) == _affecting_weights(present)
+    return _affecting_weights(model.provenance.get("settings"), but) == _affecting_weights(present, but)
 
 
-def _affecting_weights(settings: object) -> object:
+def _affecting_weights(settings: object, but: Set[str]) -> object:
     """Return the settings of a provenance that affect the weights."""
     if not isinstance(settings, dict):
         return None
     timed = settings.get("seconds") is not None
-    return {key: value for key, value in settings.items() if key not in MAY_CHANGE} | {"timed": timed}
+    return {key: value for key, value in settings.items() if key not in MAY_CHANGE | but} | {"timed": timed}
 
 
 def trained_model(
@@ -182,7 +182,7 @@ def resumed(model: Model, shape: Shape, settings: Settings, device: torch.device
         raise UserError("--resume: this model has no record of its training; train a new one")
     if model.provenance.get("source") != shape.source:
         raise UserError("--resume: this model was trained on another shape; name another output with -o")
-    present = [shape_of(level.network) for level in model.levels]
+    present = [size_text(level.network) for level in model.levels]
     wanted = [f"{width}x{depth}" for width, depth in settings.networks]
     if present != wanted[: len(present)]:
         raise UserError(f"--resume: the model has levels {','.join(present)}, --levels says {','.join(wanted)}")

@@ -3,7 +3,7 @@
 import hashlib
 import os
 import sys
-from collections.abc import Generator, Sequence
+from collections.abc import Sequence
 from contextlib import closing, suppress
 from dataclasses import replace
 from pathlib import Path
@@ -20,9 +20,8 @@ from ..model.model_file import load
 from ..model.verb import command_line
 from ..readers.read import READERS, known_formats
 from .commands import TrainCommand
-from .folders.job import Job, Outcome, Progress, Status
+from .folders.job import Job, Outcome, Progress, Status, outcomes
 from .folders.results import PAGE, TABLE, Row, row_of, write_results
-from .folders.workers import here, on_cluster
 from .options import TrainOptions
 from .settings import Settings
 
@@ -38,8 +37,6 @@ def run_folder(command: TrainCommand) -> None:
     folder, settings = Path(command.shape), command.settings()
     if command.live:
         raise UserError("--live: not for a folder, whose progress is not for programs; train one shape")
-    if command.cluster == "":
-        raise UserError("--cluster: the address of a Dask scheduler is needed, such as tcp://host:8786")
     if flags := command.changed("log", "preview"):
         raise UserError(f"{flags}: not for a folder; train one shape")
     shapes = shapes_in(folder)
@@ -47,7 +44,7 @@ def run_folder(command: TrainCommand) -> None:
     begin_work()
     let_children_hear_ctrl_c()  # `Runner.stop` presses it
     cores = os.cpu_count() or 1
-    threads = 1 if command.cluster else 0 if command.jobs == 1 else max(1, cores // command.jobs)
+    threads = 0 if command.jobs == 1 else max(1, cores // command.jobs)
     options = tuple(shape_options(command))
     jobs = [
         Job(name, str(path.resolve()), str((output / (name + SUFFIX)).resolve()), options, command.resume, threads)
@@ -55,13 +52,15 @@ def run_folder(command: TrainCommand) -> None:
     ]
     finished, waiting = list[Job](), list[Job]()
     for job in jobs:
-        (finished if command.resume and _is_finished(job, settings, command.omega is None) else waiting).append(job)
+        (finished if command.resume and _is_finished(job, settings, suited=command.omega is None) else waiting).append(
+            job
+        )
     rows = [row_of(Outcome(job, Status.KEPT, 0.0)) for job in finished]
     title = f"{folder.resolve().name or 'shapes'}: {len(jobs)} shapes"
     bar = tqdm(total=len(jobs), initial=len(finished), unit="shape", leave=False, disable=command.quiet)
     write_results(output, rows, title, len(waiting))
-    with bar, closing(_outcomes(waiting, command, _progress_on(bar))) as outcomes:
-        for outcome in outcomes:
+    with bar, closing(outcomes(waiting, command.jobs, _progress_on(bar))) as ended:
+        for outcome in ended:
             row = row_of(outcome)
             rows.append(row)
             _say(row)
@@ -119,27 +118,21 @@ def _output_folder(command: TrainCommand, folder: Path, shapes: dict[str, Path])
     return output
 
 
-def _is_finished(job: Job, settings: Settings, suited: bool) -> bool:
+def _is_finished(job: Job, settings: Settings, *, suited: bool) -> bool:
     """Whether an earlier run has finished the training of the same shape with the same settings.
 
     suited: whether the frequencies are those that suit the shape.
     """
-    from .finished_networks import same_training
-    from .suited_omegas import with_previous_omegas  # loads torch
+    from .finished_networks import same_training  # loads torch
 
     with suppress(UserError, OSError):
         model = load(Path(job.output))
         source = model.provenance.get("source") or {}
         sha = hashlib.sha256(Path(job.shape).read_bytes()).hexdigest()
         ended = model.provenance.get("interrupted") is False
-        if suited:
-            settings = with_previous_omegas(settings, model)
-        return ended and source.get("sha256") == sha and same_training(model, settings)
+        same = same_training(model, settings, but={"omegas"} if suited else set())
+        return ended and source.get("sha256") == sha and same
     return False
-
-
-def _outcomes(jobs: Sequence[Job], command: TrainCommand, progress: Progress) -> Generator[Outcome]:
-    return on_cluster(jobs, command.cluster) if command.cluster else here(jobs, command.jobs, progress)
 
 
 def _progress_on(bar: "tqdm[NoReturn]") -> Progress:

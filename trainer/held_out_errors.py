@@ -11,7 +11,7 @@ from torch import Tensor
 from ..model.field_figures import FieldFigures, field_figures
 from ..model.model import DELTA_FACTOR
 from . import sampling, tracing
-from .config import MeasuringConfig
+from .measuring_config import MeasuringConfig
 from .networks.nested import field, field_and_gradient, in_band, nested_field, nested_field_and_gradient
 from .networks.network import Weights
 from .shapes.shape import Doubles, Shape

@@ -8,8 +8,9 @@ import torch
 from torch import Tensor
 from torch.nn.functional import pad
 
-from .config import LossWeights, MiningConfig, StepConfig
+from .config import LossWeights, StepConfig
 from .mining import Miner
+from .mining_config import MiningConfig
 from .networks import losses
 from .networks.network import Weights, add_derivative, adjoint_pass, initial
 from .networks.replay import Replay

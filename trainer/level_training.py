@@ -1,7 +1,7 @@
 """The training of one level: its samples, its optimizer step, and the callbacks beside the steps."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import torch
@@ -14,39 +14,12 @@ from .frozen_levels import FrozenLevels
 from .level import LevelState, LevelStep
 from .mining import Miner, exact_distances
 from .networks.callback import Callback
-from .networks.fit import Budget, Step, Task
+from .networks.fit import Step, Task
 from .networks.network import Weights
-from .networks.snapshot import Snapshot
 from .settings import Settings
 from .shapes.shape import Shape
+from .stage import Stage
 from .training_samples import Sampler
-
-
-@dataclass(frozen=True)
-class Stage:
-    """The training of one network: a level or the texture."""
-
-    name: str
-    """As the progress shows it: "level 1"."""
-    network: tuple[int, int]
-    """(width, depth)."""
-    omega: float
-    """omega_0."""
-    seed: int
-    """Seed of all its random numbers."""
-    samples: int
-    """Samples of each pool."""
-    budget: Budget
-    began: float
-    """Value of time.perf_counter() at its start, less the seconds of interrupted runs."""
-    resume: Snapshot | None
-    """State of the interrupted run that this one continues; None: it starts from random weights."""
-
-    @property
-    def size(self) -> str:
-        """The network's size, as "64x2"."""
-        width, depth = self.network
-        return f"{width}x{depth}"
 
 
 class LevelTraining:

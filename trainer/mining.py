@@ -16,8 +16,8 @@ import numpy as np
 import torch
 
 from . import sampling
-from .config import MiningConfig, ThinConfig
 from .frozen_levels import FrozenLevels
+from .mining_config import MiningConfig, ThinConfig
 from .networks import losses
 from .networks.network import Weights
 from .networks.snapshot import Snapshot

@@ -1,7 +1,7 @@
 """The options of `train`, `morph` and `import`, for the command line and for Python. Nothing here needs torch."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -27,8 +27,26 @@ Numbers = str | Sequence[float] | float
 """Numbers, or their text with commas between."""
 
 
+class _ShapeOptions:
+    """What the options of `train`, `morph` and `check` say of the reading of a shape."""
+
+    texture: str
+    crease: float
+    flat: bool
+
+    @property
+    def crease_angle(self) -> float | None:
+        """Angle in degrees above which an edge of a mesh may be a crease; None: faces are flat."""
+        return None if self.flat else self.crease
+
+    @property
+    def image(self) -> Path | None:
+        """Image of the texture, where the user names one."""
+        return None if self.texture in ("auto", "none") else Path(self.texture)
+
+
 @dataclass(frozen=True)
-class TrainingOptions(Options):
+class TrainingOptions(_ShapeOptions, Options):
     """Options of `train` and `morph` (docs/training.md)."""
 
     levels: str | Sequence[str] | None = option(
@@ -119,15 +137,9 @@ class TrainingOptions(Options):
     quiet: bool = option(False, "show no progress bar, and not what was read of the shape", group="training")
     follow: bool = follow_option()
 
-    @property
-    def crease_angle(self) -> float | None:
-        """Angle in degrees above which an edge of a mesh may be a crease; None: faces are flat."""
-        return None if self.flat else self.crease
-
-    @property
-    def image(self) -> Path | None:
-        """Image of the texture, where the user names one."""
-        return None if self.texture in ("auto", "none") else Path(self.texture)
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.settings()  # raises UserError for texts that it cannot read
 
     def settings(self) -> Settings:
         """Return the settings of the training. Raises UserError."""
@@ -148,6 +160,7 @@ class TrainingOptions(Options):
             device=self.device,
             weights=parse.loss_weights(weights),
             packed=self.packed or (preset.packed and not named),
+            noise=getattr(self, "noise", None),  # `morph` has none
             texture_network=parse.networks(texture, "--texture-network")[0] if texture else None,
             up=self.up,
             front=parse.front(text_of(self.front)),
@@ -196,12 +209,11 @@ class TrainOptions(TrainingOptions):
         group="shape",
     )
 
-    def settings(self) -> Settings:
-        """Return the settings of the training. Raises UserError."""
+    def __post_init__(self) -> None:
+        super().__post_init__()
         parse_columns(self.columns)
         if self.bits is not None:
             read_bits(self.bits)
-        return replace(super().settings(), noise=self.noise)
 
 
 def _as_in_train(name: str) -> Any:
@@ -211,7 +223,7 @@ def _as_in_train(name: str) -> Any:
 
 
 @dataclass(frozen=True)
-class CheckOptions(Options):
+class CheckOptions(_ShapeOptions, Options):
     """Options of `check`: those of `train` that say how a shape is read."""
 
     texture: str = _as_in_train("texture")

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..model.errors import UserError
 from .config import BudgetConfig, SamplingConfig
 from .networks.fit import Budget
 from .settings import Settings
@@ -48,6 +49,15 @@ def budgets(
         Budget(deadline=now + left * float(end), seconds=seconds * float(share))
         for end, share in zip(ends, np.diff(ends, prepend=0.0), strict=True)
     ]
+
+
+def check_time(settings: Settings, spent: float) -> None:
+    """Raise UserError where the earlier runs, of `spent` seconds, have used up the user's seconds."""
+    seconds = settings.seconds
+    if seconds is not None and seconds < spent + 1:
+        raise UserError(
+            f"--seconds {seconds:g}: the interrupted training already took {spent:.0f} s; give more seconds"
+        )
 
 
 def prepared(budget: Budget, config: BudgetConfig) -> Budget:

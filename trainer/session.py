@@ -1,20 +1,20 @@
-"""A training from its options to the model: load the shape, choose levels, train with a progress bar, save."""
+"""A training from its options to the model: load the shape, complete the settings, train, round, save."""
 
 import tempfile
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from ..model.errors import UserError
-from ..model.files import show
+from ..model.files import check_writable, show
 from ..model.interrupts import ended_by
 from ..model.model import Model
 from ..model.model_file import load, save
 from ..model.remarks import remarks
-from .callbacks import Preview
+from .callbacks import ShowLevels
 from .checkpoint import CheckpointFile
 from .machine import device, prepare
 from .networks.callback import TrainingProgress
@@ -22,71 +22,87 @@ from .networks.snapshot import Snapshot
 from .options import TrainingOptions
 from .progress import CallingProgress, JsonLines, ProgressCallback, TrainingBar, TrainingLog
 from .settings import Settings
+from .shapes.shape import Shape
 from .sources import Source
-from .suited_omegas import with_suited_omegas
+from .suited_omegas import suited_omegas
 from .train import ComponentsOfModel, Training
 
 
-def train(
+@dataclass(frozen=True)
+class Request:
+    """What the caller of a training wants, beside its options."""
+
+    output: Path | None = None
+    """Model file to write, with checkpoints beside it; None: write no file."""
+    resume: Model | bool = False
+    """A model to continue; True: the interrupted training of `output`, or else the model in `output`."""
+    live: bool = False
+    """Print progress as JSON, and save after every level."""
+    callback: ProgressCallback | None = None
+    """Receives the progress; its KeyboardInterrupt ends the training, which keeps its weights."""
+    previews: Sequence[Callable[[Model], object]] = ()
+    """Receive the model after every level, and the finished model."""
+    after_level: Callable[[Model], object] | None = None
+    """Receives the model after every level."""
+
+
+@dataclass(frozen=True)
+class Finished:
+    """The end of a training."""
+
+    model: Model
+    """The model as it is saved."""
+    exact: Model
+    """The model before its weights are rounded; a rounded one lacks some figures."""
+    read: dict[str, Any]
+    """What was read of the shape, and the warnings, for JSON."""
+
+
+def make_model(
     source: Source,
     options: TrainingOptions,
-    *,
-    output: Path | None = None,
-    resume: Model | bool = False,
-    live: bool = False,
-    callback: ProgressCallback | None = None,
-    on_level: Callable[[Model], object] | None = None,
+    request: Request,
     components: ComponentsOfModel | None = None,
-    on_read: Callable[[dict[str, Any]], object] | None = None,
-    finish: Callable[[Model], Model] | None = None,
-) -> Model:
-    """Train a model of a shape, and return it. The user's seconds count from now.
+    rounded: Callable[[Model], Model] | None = None,
+) -> Finished:
+    """Train a model of a shape, and save it. The user's seconds count from now.
 
-    output: model file to write, with checkpoints beside it; None: write no file. resume: a model to continue; True: the
-    interrupted training of `output`, or else the model in `output`. live: print progress as JSON, and save after every
-    level. callback: receives the progress; its KeyboardInterrupt ends the training, which keeps its weights.
-    on_level: receives the model after every level. components: as in `Training`. on_read: receives what was read
-    of the shape, and the warnings, for JSON. finish: rounds the weights of a finished model, before it is saved.
+    components: as in `Training`. rounded: rounds the weights of a finished model.
 
     Raises UserError, and KeyboardInterrupt where Ctrl-C came before there was anything to save.
     """
-    began = time.perf_counter()
-    settings, bar = options.settings(), TrainingBar(options.quiet)
-    part = None if output is None else CheckpointFile(output, bar.say)
-    previous, snapshot = resume if isinstance(resume, Model) else None, None
-    if output is not None and part is not None:
-        if options.log is not None and Path(options.log).resolve() == part.path.resolve():
-            raise UserError(f"--log {show(options.log)}: that is the file of the training's state; name another")
-        previous, snapshot = _interrupted(output, part, bool(resume), bar.say)
-    settings = _completed(settings, source, previous)
-    progress: TrainingProgress = JsonLines(bar.say) if live else bar
-    if callback is not None:
-        progress = CallingProgress(progress, callback)
-    shape, warnings = source.load(progress, settings.up or source.up)
-    prepare(device(settings.device))  # Not before loading: glibc would keep the freed blocks of the mesh.
-    if on_read is not None:
-        on_read(({} if shape.taken is None else shape.taken.record()) | {"warnings": warnings})
+    began, output, bar = time.perf_counter(), request.output, TrainingBar(options.quiet)
+    part = None if output is None else _checkpoint(output, options, bar.say)
+    previous, snapshot = _interrupted(request, part, bar.say)
+    progress: TrainingProgress = JsonLines(bar.say) if request.live else bar
+    if request.callback is not None:
+        progress = CallingProgress(progress, request.callback)
+    up = options.up or (source.up if previous is None else previous.up)
+    shape, warnings = source.load(progress, up)
+    prepare(device(options.device))  # Not before loading: glibc would keep the freed blocks of the mesh.
+    if output is not None:
+        check_writable(output)  # it may be a file that the shape names
     if shape.taken is not None and not options.quiet:
         progress.say(shape.taken.line())
     for warning in warnings:
         progress.say(f"warning: {warning}")
-    if options.omega is None:
-        settings = with_suited_omegas(shape, settings, None if options.quiet else progress.say)
+    settings = _settings(options, shape, up, previous, progress.say)
     if options.log is not None:
         progress = TrainingLog(progress, Path(options.log), append=previous is not None)
-    previews: Sequence[Preview] = [] if on_level is None else [Preview(on_level, bar.say)]
-    if live and output is not None:
-        previews = [Preview(partial(_save_unfinished, output), bar.say), *previews]
-    training = Training(shape, settings, progress, began, part, previews, components=components)
-    model = training.run(previous, snapshot)
-    for line in remarks(model.provenance):
+    previews = [ShowLevels(preview, bar.say) for preview in request.previews]
+    callbacks = [*previews, *([] if request.after_level is None else [ShowLevels(request.after_level, bar.say)])]
+    if request.live and output is not None:
+        callbacks.insert(0, ShowLevels(partial(_save_unfinished, output), bar.say))
+    training = Training(shape, settings, progress, began, part, callbacks, components=components)
+    model = exact = training.run(previous, snapshot)
+    for line in remarks(exact.provenance):
         progress.say(f"warning: {line}")
-    if finish is not None and not training.interrupted:
+    if rounded is not None and not training.interrupted:
         try:
-            model = finish(model)
+            model = rounded(exact)
         except UserError:
             if output is not None:
-                _save(model, output)
+                _save(exact, output)
             raise
     if output is not None and part is not None:
         _save(model, output)
@@ -95,21 +111,41 @@ def train(
             bar.say(f"stopped by {by.name if by else 'Ctrl-C'}; the training so far is saved; --resume continues it")
         else:
             part.remove()
-    return model
+        if model is not exact:
+            bar.say(f"{show(output)}: {output.stat().st_size:,} bytes, packed")
+    for each in previews:
+        each.after_level(lambda: model)
+    return Finished(model, exact, ({} if shape.taken is None else shape.taken.record()) | {"warnings": warnings})
 
 
-def _completed(settings: Settings, source: Source, previous: Model | None) -> Settings:
-    """Return settings whose missing presentation is that of the model `previous`, and whose `up` is the file's."""
-    if previous is not None:
-        kept = {key: getattr(settings, key) or getattr(previous, key) for key in ("up", "front", "credit")}
-        settings = replace(settings, **kept)
-    return replace(settings, up=settings.up or source.up)
+def _settings(
+    options: TrainingOptions, shape: Shape, up: str, previous: Model | None, say: Callable[[str], None]
+) -> Settings:
+    """Return the user's settings, completed by the frequencies that suit the shape, and the view of `previous`."""
+    chosen = options.settings()
+    view = (
+        {} if previous is None else {key: getattr(chosen, key) or getattr(previous, key) for key in ("front", "credit")}
+    )
+    if options.omega is None:
+        view["omegas"] = suited_omegas(shape, chosen.networks, None if options.quiet else say)
+    return replace(chosen, up=up, **view)
+
+
+def _checkpoint(output: Path, options: TrainingOptions, say: Callable[[str], None]) -> CheckpointFile:
+    """Return the file of checkpoints. Raises UserError where --log has its name."""
+    part = CheckpointFile(output, say)
+    if options.log is not None and Path(options.log).resolve() == part.path.resolve():
+        raise UserError(f"--log {show(options.log)}: that is the file of the training's state; name another")
+    return part
 
 
 def _interrupted(
-    output: Path, part: CheckpointFile, resume: bool, say: Callable[[str], None]
+    request: Request, part: CheckpointFile | None, say: Callable[[str], None]
 ) -> tuple[Model | None, Snapshot | None]:
     """Return the model and the state from which to resume, where the user wants that and they exist."""
+    output, resume = request.output, request.resume
+    if output is None or part is None:
+        return (resume if isinstance(resume, Model) else None), None
     left = part.is_there()
     if left and resume:
         return part.read()

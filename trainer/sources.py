@@ -18,7 +18,7 @@ from ..model.model_file import load
 from ..model.orientation import DEFAULT_UP, FILES_UP
 from ..readers.clouds import mesh_of_arrays
 from .networks.callback import TrainingProgress
-from .options import MorphOptions, TrainingOptions, TrainOptions
+from .options import CheckOptions, MorphOptions, TrainingOptions, TrainOptions
 from .shapes.arrays import Arrays
 from .shapes.demo import DemoShape
 from .shapes.load import load_shape
@@ -48,7 +48,7 @@ class Source:
     """Files that are read, which no output may overwrite."""
 
 
-def shape_source(shape: str | Path | Arrays, options: TrainOptions) -> Source:
+def shape_source(shape: str | Path | Arrays, options: TrainOptions | CheckOptions) -> Source:
     """Return the source of one shape: a path, the word "demo", or arrays."""
     image = options.image
 

@@ -3,40 +3,28 @@
 Frequencies that a shape does not need remain as ripples of the normals (docs/lessons.md).
 """
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..model.model import Model
-from ..model.value_types import fits
 from .config import BendConfig, default_config
-from .settings import Settings, default_omega
+from .settings import default_omega
 from .shapes.shape import Shape
 
 SEED = 0xBE4D
 FEWEST = 100  # pairs of points that a median needs
 
 
-def with_suited_omegas(shape: Shape, settings: Settings, say: Callable[[str], None] | None = None) -> Settings:
-    """Return settings with the frequencies that suit a shape, in place of the default ones. say: logs lower ones."""
+def suited_omegas(
+    shape: Shape, networks: Sequence[tuple[int, int]], say: Callable[[str], None] | None = None
+) -> tuple[float, ...]:
+    """Return omega_0 of each level that suits a shape. networks: (width, depth) of each. say: logs lower ones."""
     share = roughness(bend_of(shape))
-    if share == 1:
-        return settings
-    omegas = tuple(suited_omega(i, width, share) for i, (width, _) in enumerate(settings.networks))
-    if say is not None:
+    omegas = tuple(suited_omega(i, width, share) for i, (width, _) in enumerate(networks))
+    if share < 1 and say is not None:
         say(f"omega: {', '.join(f'{omega:g}' for omega in omegas)}; lower than usual, since the shape is smooth")
-    return replace(settings, omegas=omegas)
-
-
-def with_previous_omegas(settings: Settings, model: Model) -> Settings:
-    """Return settings with the frequencies of a model of the same shape; the same settings where it names none."""
-    trained = model.provenance.get("settings")
-    omegas = trained.get("omegas") if isinstance(trained, dict) else None
-    if not isinstance(omegas, list) or not all(fits(omega, float) for omega in omegas):
-        return settings
-    return replace(settings, omegas=tuple(map(float, omegas)))
+    return omegas
 
 
 def suited_omega(index: int, width: int, share: float) -> float:

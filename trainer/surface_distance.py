@@ -14,7 +14,7 @@ from torch.nn.functional import cosine_similarity
 
 from ..model.surface_figures import FAR, SurfaceFigures, SurfaceRecord
 from . import sampling
-from .config import ComparingConfig
+from .measuring_config import ComparingConfig
 from .networks.nested import field, nested_field_and_gradient
 from .networks.network import Weights
 from .shapes.mesh import MeshShape

@@ -15,7 +15,7 @@ from torch import Tensor
 from torch.nn.functional import normalize, pad
 
 from ..model.model import DELTA_FACTOR
-from .config import TracingConfig
+from .measuring_config import TracingConfig
 from .networks.nested import nested_field, nested_field_and_gradient
 from .networks.network import Weights
 from .shapes.shape import Doubles

@@ -7,20 +7,17 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
-from torch import Tensor
 
 from ..model.errors import UserError
 from ..model.interrupts import SecondInterrupt
 from ..model.model import Model
-from . import held_out_errors, plan, texture
+from . import plan
 from .callbacks import Checkpoint
 from .checkpoint import CheckpointFile
 from .config import TrainingConfig, default_config
 from .finished_networks import (
     Trained,
-    TrainedLevel,
     TrainedTexture,
     resumed,
     same_training,
@@ -30,8 +27,9 @@ from .finished_networks import (
 )
 from .frozen_levels import FrozenLevels
 from .level import initial_level
-from .level_training import LevelTraining, Stage
+from .level_training import LevelTraining
 from .machine import device
+from .measures import Measures
 from .networks.callback import Callback, FitState, Report, TrainingProgress
 from .networks.fit import Budget, Outcome, Step, Task, fit
 from .networks.network import Weights, clone
@@ -40,9 +38,8 @@ from .networks.snapshot import Snapshot
 from .pace import Pace
 from .settings import Settings
 from .shapes.shape import Doubles, Shape
-from .surface_distance import SurfaceDistance
-from .texture_detail import detail_line
-from .training_samples import Sampler
+from .stage import Stage, begin
+from .texture_training import TextureTraining
 
 SEEDS = 1000
 """Seeds reserved for each seed of the user: one for each level, and the last for the texture."""
@@ -80,9 +77,7 @@ class Training:
         self._part, self._callbacks, self._snapshot = part, callbacks, Snapshot()
         self._began = time.perf_counter() if began is None else began
         self._device = device(settings.device)
-        self._probe = held_out_errors.SurfaceProbe(shape, self._device, self._config.measuring)
-        self._field_probe = held_out_errors.FieldProbe(shape, self._device, self._config.measuring.field_points)
-        self._surface_distance = SurfaceDistance(shape, self._device, self._config.measuring.comparing)
+        self._measures = Measures(shape, self._device, self._config.measuring)
         self._trained = Trained()
 
     def run(self, resume: Model | None = None, snapshot: Snapshot | None = None) -> Model:
@@ -98,23 +93,15 @@ class Training:
             self._trained = resumed(resume, self._shape, self._settings, self._device)
             if snapshot is not None and same_training(resume, self._settings):
                 self._snapshot, spent = snapshot, self._trained.seconds
-                self._check_time(spent)
+                plan.check_time(self._settings, spent)
             elif snapshot is not None:
                 self._progress.say("the settings differ from the interrupted run's: only its weights are used")
         finished = len(self._trained.levels)
         measuring = 0.0 if self._settings.seconds is None else self._measuring_seconds()
         done = self._trained.unfinished.fraction if self._trained.unfinished else 0.0
         with_texture = self._shape.colored and self._settings.texture and self._trained.texture is None
-        budgets = plan.budgets(
-            self._settings,
-            finished,
-            done,
-            with_texture,
-            self._began,
-            measuring,
-            self._config.budget,
-            spent,
-        )
+        config, began = self._config.budget, self._began
+        budgets = plan.budgets(self._settings, finished, done, with_texture, began, measuring, config, spent)
         try:
             for index in range(finished, len(self._settings.networks)):
                 self._train_level(index, budgets[index])
@@ -133,29 +120,10 @@ class Training:
 
     def _measuring_seconds(self) -> float:
         """Estimate the seconds of measuring the finished model."""
-        settings = self._settings
-        levels = [
-            initial_level(
-                network,
-                omega,
-                first=index == 0,
-                seed=settings.seed,
-                device=self._device,
-                moving=self._shape.moving,
-                config=self._config.step,
-            )
-            for index, (network, omega) in enumerate(zip(settings.networks, settings.omegas, strict=False))
-        ]
-        each = self._probe.seconds_each(levels)
-        return self._field_probe.seconds + self._surface_distance.seconds(levels, each)
-
-    def _check_time(self, spent: float) -> None:
-        """Raise UserError where the earlier runs, of `spent` seconds, have used up the user's seconds."""
-        seconds = self._settings.seconds
-        if seconds is not None and seconds < spent + 1:
-            raise UserError(
-                f"--seconds {seconds:g}: the interrupted training already took {spent:.0f} s; give more seconds"
-            )
+        settings, config, moving = self._settings, self._config.step, self._shape.moving
+        initial = partial(initial_level, seed=settings.seed, device=self._device, moving=moving, config=config)
+        sizes = zip(settings.networks, settings.omegas, strict=False)
+        return self._measures.seconds([initial(*size, first=i == 0) for i, size in enumerate(sizes)])
 
     def _train_level(self, index: int, budget: Budget) -> None:
         """Train the level after the finished ones, measure it and freeze it."""
@@ -164,13 +132,13 @@ class Training:
         level = LevelTraining(self._shape, settings, self._config, self._frozen_levels(), stage)
         start, budget, measuring = self._start(stage, level)
         frozen = self._trained.weights()
-        watch = self._probe.watcher(frozen)
+        watch = self._measures.surface.watcher(frozen)
 
         def figures(weights: Weights) -> dict[str, float]:
             return {"mean_f": watch(self._final(weights))} | level.step.terms
 
         def so_far(weights: Weights, record: dict[str, object]) -> Trained:
-            return self._trained.and_then(weights, self._probe.rough([*frozen, weights]), record)
+            return self._trained.and_then(weights, self._measures.surface.rough([*frozen, weights]), record)
 
         seconds = self._config.mining.component_cost * measuring
         task = level.task(start, self._step(level.step))
@@ -178,7 +146,7 @@ class Training:
         outcome, record = self._fit(stage, budget, task, callbacks, figures, so_far)
         if index == 0:
             self._check_first_level(outcome)
-        self._freeze(self._final(outcome.weights), level.points(), record)
+        self._measures.freeze(self._trained, self._final(outcome.weights), level.points(), record)
 
     def _component_search(
         self, index: int, so_far: Callable[[Weights, dict[str, object]], Trained]
@@ -198,7 +166,7 @@ class Training:
             start, budget = partial(clone, unfinished.weights), replace(budget, done=unfinished.fraction)
         seconds = 0.0
         if budget.steps is None:
-            seconds = self._probe.seconds([*self._trained.weights(), start()])
+            seconds = self._measures.surface.seconds([*self._trained.weights(), start()])
             budget = replace(budget, deadline=budget.deadline - seconds)
         return start, budget, seconds
 
@@ -211,17 +179,6 @@ class Training:
         if not (outcome.steps or outcome.interrupted):
             raise UserError(f"--seconds {settings.seconds:g}: no time was left for a step of level 1; give more")
 
-    def _freeze(self, weights: Weights, samples: Tensor, record: dict[str, object]) -> None:
-        """Measure a trained level, and add it to the finished ones. samples: points that it was trained on."""
-        levels, deltas = [*self._trained.weights(), weights], self._trained.deltas()
-        delta = self._probe.delta(levels)
-        tracing = self._probe.tracing(levels, [*deltas, delta])
-        sampled = held_out_errors.lipschitz(levels, samples, self._config.measuring.lipschitz_points)
-        *as_bands, last = tracing.step_bounds
-        self._trained.lower_band_bounds(as_bands)
-        lipschitz = max(sampled, tracing.lipschitz)
-        self._trained.levels.append(TrainedLevel(weights, delta, lipschitz, last, 1.0, record))
-
     def _after_level(self) -> None:
         if self._part is not None:
             self._part.write(self._unmeasured_model(self._trained), Snapshot())
@@ -229,49 +186,25 @@ class Training:
             callback.after_level(self._model)
 
     def _train_texture(self, budget: Budget) -> None:
-        settings, config = self._settings, self._config.texture
+        settings = self._settings
         stage = self._begin("texture", settings.texture_size(), settings.texture_omega(), SEEDS - 1, budget)
-        sampler = Sampler(self._shape, self._frozen_levels(), np.random.default_rng(stage.seed))
-        surface = sampler.colors(config.colors_per_sample * stage.samples)
-        band = sampler.first_band(stage.samples)
-        if not self._shape.moving and surface.colors is not None:
-            points, colors = (part.cpu().numpy().astype(np.float64) for part in (surface.points, surface.colors))
-            if line := detail_line(points, colors, stage.network):
-                self._progress.say(f"warning: {line}")
-        step = texture.TextureStep(surface, band, torch.Generator().manual_seed(stage.seed), config)
-        network, omega, moving = stage.network, stage.omega, self._shape.moving
-        task = Task(
-            start=lambda: texture.initial_texture(network, omega, stage.seed, self._device, moving=moving),
-            step=self._step(step),
-            idle=texture.idle_loss(surface),
-            rate=config.rate,
-            output_factor=config.output_factor,
-            rest=texture.mean_color(surface),
-            draws=step,
-        )
+        texture = TextureTraining(self._shape, self._config.texture, self._frozen_levels(), stage)
+        if line := texture.blurred():
+            self._progress.say(f"warning: {line}")
 
         def so_far(weights: Weights, record: dict[str, object]) -> Trained:
             return replace(self._trained, texture=TrainedTexture(weights, record))
 
-        outcome, record = self._fit(stage, stage.budget, task, [], lambda _: step.terms, so_far)
+        task = texture.task(self._step(texture.step))
+        outcome, record = self._fit(stage, stage.budget, task, [], lambda _: texture.step.terms, so_far)
         self._trained.texture = TrainedTexture(self._final(outcome.weights), record)
 
     def _begin(self, name: str, network: tuple[int, int], omega: float, seed: int, budget: Budget) -> Stage:
         """Begin a stage, or continue the stage in which a training was interrupted. seed: below `SEEDS`."""
-        width, depth = network
-        began, seed = time.perf_counter(), self._settings.seed * SEEDS + seed
-        self._progress.begin(f"{name} ({width}x{depth})")
         snapshot, self._snapshot = self._snapshot, Snapshot()
-        if snapshot.numbers.get("network") != list(network):
-            samples = plan.pool_size(plan.prepared(budget, self._config.budget), self._config.sampling)
-            return Stage(name, network, omega, seed, samples, budget, began, None)
-        # The steps of the interrupted run count; of the seconds, the budget has only the remaining ones.
-        done = snapshot.real("fraction") if budget.steps is None else 0.0
-        began -= snapshot.real("seconds")
-        samples = snapshot.whole("pool")
-        if samples > self._config.sampling.largest_pool:
-            raise UserError("training: 'pool' is larger than any")
-        return Stage(name, network, omega, seed, samples, replace(budget, done=done), began, snapshot)
+        stage = begin(name, network, omega, self._settings.seed * SEEDS + seed, budget, snapshot, self._config)
+        self._progress.begin(f"{name} ({stage.size})")
+        return stage
 
     def _fit(
         self,
@@ -292,10 +225,8 @@ class Training:
             assert self._part is not None
             snapshot = state.snapshot()
             record = unfinished_record(stage.size, stage.omega, snapshot, stage.began)
-            seconds = time.perf_counter() - stage.began
-            numbers = {"network": list(stage.network), "pool": stage.samples, "seconds": seconds}
             model = self._unmeasured_model(so_far(self._final(state.weights), record))
-            self._part.write(model, snapshot | Snapshot(numbers))
+            self._part.write(model, snapshot | stage.checkpoint())
 
         every = [*callbacks, *self._callbacks, Report(self._progress, figures)]
         if self._part is not None:
@@ -319,17 +250,9 @@ class Training:
 
     def _model(self) -> Model:
         """Measure the finished levels, and return the model of them."""
-        trained = self._trained
-        weights, deltas = trained.weights(), trained.deltas()
+        figures, seconds = self._measures.figures(self._trained), self._seconds()
         return trained_model(
-            trained,
-            self._probe.measure(weights),
-            self._field_probe.measure(weights, deltas),
-            self._surface_distance.measure(weights, deltas),
-            self._shape,
-            self._settings,
-            seconds=self._seconds(),
-            interrupted=self.interrupted,
+            self._trained, *figures, self._shape, self._settings, seconds=seconds, interrupted=self.interrupted
         )
 
     def _unmeasured_model(self, trained: Trained) -> Model:

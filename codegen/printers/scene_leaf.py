@@ -11,7 +11,7 @@ from .scalars import Number, Triple, Writer
 class LeafAtPoint:
     """A leaf at one point."""
 
-    def __init__(self, leaf: Leaf, writer: Writer, point: Triple) -> None:
+    def __init__(self, leaf: Leaf[Program], writer: Writer, point: Triple) -> None:
         """Transform a point from the scene's space to the leaf's."""
         self.leaf, self._w = leaf, writer
         w = writer

@@ -91,7 +91,7 @@ class SceneLoops:
             yield f"const {kind} {name}[{len(values)}] = {kind}[]({', '.join(values)});"
         yield f"const int SHAPES = {n};"
 
-    def _place(self, i: int, leaf: Leaf) -> Iterator[str]:
+    def _place(self, i: int, leaf: Leaf[Program]) -> Iterator[str]:
         """Yield place{i}(): the point in a leaf's space, and the leaf's scale."""
         yield from ("", f"vec4 place{i}(vec3 p) {{", "    float s = 1.;")
         for place in leaf.places:

@@ -13,7 +13,7 @@ from mplicits.readers.tidy import tidy
 from mplicits.trainer import settings
 from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.mesh import MeshShape
-from mplicits.trainer.suited_omegas import bend_of, with_suited_omegas
+from mplicits.trainer.suited_omegas import bend_of, suited_omegas
 from mplicits.web.bundle import script
 from mplicits.web.studio_page import page_facts
 from support.page_scripts import WORKER, packed, scope
@@ -64,10 +64,10 @@ def test_the_page_chooses_the_same_frequencies(browser: "Browser") -> None:
     )
     shape = shape_of(trimesh.creation.torus(0.77, 0.23, major_sections=128, minor_sections=64))
     usual = Settings(sizes, settings.omegas(None, sizes), (1, 1, 1))
-    chosen, bend = with_suited_omegas(shape, usual), bend_of(shape)
+    chosen, bend = suited_omegas(shape, sizes), bend_of(shape)
     suited, again = page.evaluate("arguments_ => window.suited(arguments_)", [bend, ""])
-    assert usual.omegas != chosen.omegas
-    assert suited[:2] == pytest.approx(chosen.omegas)
+    assert usual.omegas != chosen
+    assert suited[:2] == pytest.approx(chosen)
     assert suited[2:] == [usual.texture_omega()]
     assert again == suited, "a training that goes on keeps its frequencies"
     assert page.evaluate("arguments_ => window.suited(arguments_)", [bend, "5,7"])[0][:2] == [5, 7]

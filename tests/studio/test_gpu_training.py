@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from mplicits.trainer.config import MiningConfig, StepConfig, TrainingConfig
+from mplicits.trainer.config import StepConfig, TrainingConfig
+from mplicits.trainer.mining_config import MiningConfig
 from mplicits.web.bundle import modules, script
 from mplicits.web.compile_kernel import SOURCE
 from mplicits.web.studio_page import kernel

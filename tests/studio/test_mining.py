@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from mplicits.trainer.config import MiningConfig, SamplingConfig
+from mplicits.trainer.config import SamplingConfig
+from mplicits.trainer.mining_config import MiningConfig
 from mplicits.web.bundle import modules
 from support.page_scripts import BYTES, packed, run
 

@@ -9,19 +9,10 @@ import torch
 import trimesh
 
 from mplicits.model.model import Model
-from mplicits.trainer.config import (
-    ComparingConfig,
-    DefaultLengths,
-    MeasuringConfig,
-    MiningConfig,
-    SamplingConfig,
-    StepConfig,
-    TextureConfig,
-    ThinConfig,
-    TracingConfig,
-    TrainingConfig,
-)
+from mplicits.trainer.config import DefaultLengths, SamplingConfig, StepConfig, TextureConfig, TrainingConfig
 from mplicits.trainer.frozen_levels import FrozenLevels
+from mplicits.trainer.measuring_config import ComparingConfig, MeasuringConfig, TracingConfig
+from mplicits.trainer.mining_config import MiningConfig, ThinConfig
 from mplicits.trainer.networks.network import Weights
 from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.load import load_shape

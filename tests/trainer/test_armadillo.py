@@ -6,7 +6,7 @@ import pytest
 from mplicits.model.model import Model
 from mplicits.trainer import machine
 from mplicits.trainer.options import TrainOptions
-from mplicits.trainer.session import train
+from mplicits.trainer.session import Request, make_model
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.sources import shape_source
 from mplicits.viewer.draw.context import Context
@@ -35,7 +35,7 @@ def model() -> Model:
     Steps, not seconds, are given, so that every run has the same weights.
     """
     options = TrainOptions("64x1,64x2", steps="2000,4000", quiet=True)
-    return train(shape_source(ARMADILLO, options), options)
+    return make_model(shape_source(ARMADILLO, options), options, Request()).model
 
 
 @needs_data

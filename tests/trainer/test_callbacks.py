@@ -15,15 +15,16 @@ from mplicits.trainer import callbacks
 from mplicits.trainer.callbacks import (
     FollowSurfaceEikonal,
     MineHardExamples,
-    Preview,
     RaiseLateValue,
+    ShowLevels,
     followed_length,
     share_near_one,
     surface_goal,
 )
-from mplicits.trainer.config import LossConfig, MiningConfig, SurfaceEikonalConfig
+from mplicits.trainer.config import LossConfig, SurfaceEikonalConfig
 from mplicits.trainer.level import LevelState, LevelStep
 from mplicits.trainer.mining import Miner
+from mplicits.trainer.mining_config import MiningConfig
 from mplicits.trainer.networks import fit, losses
 from mplicits.trainer.networks.callback import Callback, FitState
 from mplicits.trainer.networks.network import Weights, initial, value
@@ -327,7 +328,7 @@ def test_a_preview_that_fails_costs_no_training(ball: Shape, tmp_path: Path) -> 
     Image.new("RGB", (3, 3)).save(photograph)
     before = photograph.read_bytes()
     settings = replace(SMALL_SETTINGS, steps=(20, 20, 20))
-    model = Training(ball, settings, log, callbacks=[Preview(draw, log.say)], config=QUICK).run()
+    model = Training(ball, settings, log, callbacks=[ShowLevels(draw, log.say)], config=QUICK).run()
     assert len(model.levels) == 2
     assert photograph.read_bytes() == before
     assert (tmp_path / "ball-2.png").exists()

@@ -22,7 +22,6 @@ from mplicits.trainer.commands import TrainCommand
 from mplicits.trainer.folder import shape_options, shapes_in
 from mplicits.trainer.folders.job import Job, Outcome, Runner, Status
 from mplicits.trainer.folders.results import PAGE, TABLE, row_of, write_results
-from support import needs
 from support.paths import DEMO
 
 SMALL = ("--levels", "12x0,12x1", "--texture", "none", "--steps", "30,30", "--seed", "3")
@@ -82,7 +81,6 @@ def test_each_shape_gets_the_options_of_the_folder(argv: list[str]) -> None:
         (["-o", "out", "--live"], "--live"),
         (["-o", "out", "--jobs", "0"], "--jobs 0"),
         (["-o", "out", "--levels", "0x9"], "--levels"),
-        (["-o", "out", "--cluster", ""], "--cluster: the address"),
         (["-o", "theirs"], "theirs/ball.png: it exists and is not a picture that mplicits wrote; move it away"),
         (["-o", "theirs", "--force"], "theirs/ball.png: it exists and is not a picture"),
         (["-o", "page", "--force"], "page/index.html: it exists and is not a page of models"),
@@ -107,7 +105,7 @@ def test_a_bad_option_is_one_line_and_writes_nothing(
     assert sorted(Path().rglob("*")) == before
 
 
-def test_an_empty_folder_and_a_single_shape_on_a_cluster_are_refused(
+def test_an_empty_folder_and_jobs_for_a_single_shape_are_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert cli.main(["train", str(tmp_path), "-o", str(tmp_path / "out")]) == 2
@@ -155,7 +153,7 @@ def test_a_trained_model_whose_rendering_fails_says_why_it_has_no_picture(
     )
     monkeypatch.setenv("PYTHONPATH", str(package.parent))
     job = Job("ball", "/x/ball.ply", str(tmp_path / "ball.safetensors"), (), False, 0)
-    outcome = Runner().run(job)
+    outcome = Runner(lambda *_: None).run(job)
     assert (outcome.status, outcome.reason) == (Status.TRAINED, "no picture: no OpenGL here")
     row = row_of(outcome)
     assert row.status is Status.TRAINED
@@ -213,67 +211,6 @@ def test_sigterm_stops_the_trainings_of_a_program_that_ignores_ctrl_c(shapes: Pa
             assert process.wait(60) == 128 + signal.SIGTERM
         finally:
             process.kill()
-
-
-@pytest.mark.slow
-def test_another_worker_takes_over_the_job_of_a_lost_one(shapes: Path, tmp_path: Path) -> None:
-    distributed = needs.package("distributed")
-    out = tmp_path / "out"
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
-    ) as cluster:
-        argv = [*SMALL[:4], "--steps", "400,400", "--quiet"]
-        command = ["train", str(shapes), "-o", str(out), "--cluster", cluster.scheduler_address, *argv]
-        process = subprocess.Popen([sys.executable, "-m", "mplicits", *command], stdout=subprocess.PIPE, text=True)
-        deadline = time.monotonic() + 120
-        while not (at_work := [w for w in cluster.scheduler.workers.values() if w.processing]):
-            assert time.monotonic() < deadline
-            time.sleep(0.1)
-        time.sleep(3)
-        with distributed.Client(cluster) as client:
-            lost = client.run(os.getpid, workers=[at_work[0].address])[at_work[0].address]
-        os.kill(lost, signal.SIGKILL)
-        said, _ = process.communicate(timeout=300)
-    assert process.returncode == 0, said
-    assert {name: row["status"] for name, row in rows(out).items()} == {
-        "bad": "failed",
-        "ball": "trained",
-        "ring & <b>": "trained",
-    }
-    for name in ("ball", "ring & <b>"):
-        assert load(out / f"{name}.safetensors").provenance["interrupted"] is False
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("ending", [signal.SIGKILL, signal.SIGTERM])
-def test_a_scheduler_that_dies_is_one_line(ending: signal.Signals, shapes: Path, tmp_path: Path) -> None:
-    distributed = needs.package("distributed")
-    place, out = tmp_path / "scheduler.json", tmp_path / "out"
-    argv = ["--port", "0", "--no-dashboard", "--scheduler-file", str(place)]
-    scheduler = subprocess.Popen(
-        [sys.executable, "-m", "distributed.cli.dask_scheduler", *argv], stderr=subprocess.DEVNULL
-    )
-    try:
-        deadline = time.monotonic() + 120
-        while not place.exists():
-            assert time.monotonic() < deadline
-            time.sleep(0.1)
-        with distributed.Client(scheduler_file=str(place)) as client:
-            address = client.scheduler.address
-            command = [sys.executable, "-m", "mplicits", "train", str(shapes), "-o", str(out), "--cluster", address]
-            process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-            while client.run_on_scheduler(lambda dask_scheduler: len(dask_scheduler.tasks)) < 3:
-                assert time.monotonic() < deadline
-                time.sleep(0.1)
-        scheduler.send_signal(ending)
-        said, error = process.communicate(timeout=120)
-    finally:
-        scheduler.kill()
-        scheduler.wait()
-    assert process.returncode == 2
-    assert said == b""
-    assert error.count(b"\n") == 1
-    assert error.decode().endswith(f"mplicits: --cluster {address}: the scheduler is gone; --resume trains the rest\n")
 
 
 def test_a_shape_with_the_name_of_a_checkpoint_gets_another(shapes: Path) -> None:

@@ -10,9 +10,10 @@ import torch
 import trimesh
 
 from mplicits.model.errors import UserError
-from mplicits.trainer.config import MiningConfig, SamplingConfig, ThinConfig
+from mplicits.trainer.config import SamplingConfig
 from mplicits.trainer.frozen_levels import FrozenLevels
 from mplicits.trainer.mining import HardExamples, Miner, ThinFeatures
+from mplicits.trainer.mining_config import MiningConfig, ThinConfig
 from mplicits.trainer.networks.network import Weights
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Doubles, Shape

@@ -29,7 +29,7 @@ class Clock:
     def __init__(self, patch: pytest.MonkeyPatch, *, preparation: float = 0.0, busy: float = 1.0) -> None:
         """preparation: seconds of a pool of the surface. busy: factor on the seconds of every step but each tenth."""
         self.now, self.steps, self._busy = 1000.0, 0, busy
-        for name in ("train", "plan", "pace", "networks.fit"):
+        for name in ("train", "stage", "plan", "pace", "networks.fit"):
             patch.setattr(f"mplicits.trainer.{name}.time", SimpleNamespace(perf_counter=lambda: self.now))
         step, surface = level.LevelStep.__call__, Sampler.surface
 

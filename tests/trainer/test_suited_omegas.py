@@ -12,10 +12,9 @@ from mplicits import cli
 from mplicits.model.model_file import load
 from mplicits.trainer import settings
 from mplicits.trainer.config import BendConfig
-from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Shape
-from mplicits.trainer.suited_omegas import bend_of, roughness, suited_omega, with_suited_omegas
+from mplicits.trainer.suited_omegas import bend_of, roughness, suited_omega, suited_omegas
 from support import needs
 from support.ball_training import Log, use_quick_config
 from support.paths import DATA
@@ -67,10 +66,9 @@ def test_narrow_networks_get_no_more_than_usual() -> None:
 
 def test_the_log_names_the_frequencies() -> None:
     ball, _ = load_shape(trimesh.creation.icosphere(subdivisions=4))
-    usual, log = settings.omegas(None, SIZES), Log()
-    chosen = with_suited_omegas(ball, Settings(SIZES, usual, (1, 1, 1)), log.say)
-    assert chosen.omegas == CONFIG.omegas[:2]
-    first, second = chosen.omegas
+    log = Log()
+    first, second = suited_omegas(ball, SIZES, log.say)
+    assert (first, second) == CONFIG.omegas[:2]
     assert log.lines == [f"omega: {first:g}, {second:g}; lower than usual, since the shape is smooth"]
 
 

@@ -6,7 +6,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from mplicits.trainer.config import TracingConfig
+from mplicits.trainer.measuring_config import TracingConfig
 from mplicits.trainer.tracing import Tracing, trace
 
 TRACING = TracingConfig()

@@ -15,7 +15,7 @@ import mplicits
 from mplicits import cli
 from mplicits.api import pictures
 from mplicits.model.errors import UserError
-from mplicits.model.model import Model, shape_of
+from mplicits.model.model import Model, size_text
 from mplicits.model.model_file import load, save
 from mplicits.model.packed_weights import pack
 from mplicits.model.surface_figures import surface_record
@@ -51,7 +51,7 @@ def refused(capsys: pytest.CaptureFixture[str], *argv: str) -> str:
 def test_the_default_output_is_the_shapes_name(ball: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["train", ball, *QUICK]) == 0
     model = load(Path("ball.safetensors"))
-    assert [shape_of(level.network) for level in model.levels] == ["8x0", "8x1"]
+    assert [size_text(level.network) for level in model.levels] == ["8x0", "8x1"]
     printed = capsys.readouterr().out.splitlines()
     assert len(printed) == 7
     record = surface_record(model.provenance)

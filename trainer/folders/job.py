@@ -1,4 +1,4 @@
-"""Trains and renders one shape in separate processes, so that a crash cannot end the other jobs."""
+"""Trains and renders each shape of a folder in separate processes, so that a crash cannot end the other jobs."""
 
 import contextlib
 import json
@@ -9,7 +9,8 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -18,11 +19,13 @@ Progress = Callable[[str, str, float], None]
 """Receives a job's name, its stage, and the finished share of the stage, in [0, 1]."""
 PICTURE = ("--size", "320", "--samples", "4", "--shade", "softbox")
 """Options of `mplicits render` for the pictures of the page."""
+POLL = 0.2
+"""Seconds between two checks for finished jobs; Ctrl-C takes effect at the next check."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """A shape to train; workers on other machines receive it, and see the same files."""
+    """A shape to train."""
 
     name: str
     """Name of the model's file, without its ending."""
@@ -67,7 +70,7 @@ class Outcome:
 class Runner:
     """Runs jobs in child processes; `stop` ends them."""
 
-    def __init__(self, progress: Progress | None = None) -> None:
+    def __init__(self, progress: Progress) -> None:
         """progress: called from any thread."""
         self._progress, self._lock, self._stopped = progress, threading.Lock(), False
         self._running: set[subprocess.Popen[bytes]] = set()
@@ -127,14 +130,28 @@ class Runner:
         return said[-1].removeprefix("mplicits: ") if said else f"ended with exit code {code}"
 
     def _report(self, job: Job, line: bytes) -> None:
-        """Forward a line of progress (trainer/live.py); other lines of the training are dropped."""
-        if self._progress is None or not line.startswith(b"{"):
+        """Forward a line of progress (trainer/progress.py); other lines of the training are dropped."""
+        if not line.startswith(b"{"):
             return
         with contextlib.suppress(ValueError, KeyError, TypeError):
             state = json.loads(line)
             self._progress(job.name, str(state["stage"]), float(state["fraction"]))
 
 
-def run_job(job: Job) -> Outcome:
-    """Run a job in a process of a cluster."""
-    return Runner().run(job)
+def outcomes(jobs: Sequence[Job], parallel: int, progress: Progress) -> Generator[Outcome]:
+    """Run jobs `parallel` at a time, and yield each outcome when its job ends.
+
+    When the caller closes the generator, or presses Ctrl-C, running jobs save their state and end.
+    """
+    runner = Runner(progress)
+    with ThreadPoolExecutor(parallel) as pool:
+        waiting = {pool.submit(runner.run, job) for job in jobs}
+        try:
+            while waiting:
+                done, waiting = wait(waiting, POLL, FIRST_COMPLETED)
+                for future in done:
+                    yield future.result()
+        finally:
+            for future in waiting:
+                future.cancel()
+            runner.stop()

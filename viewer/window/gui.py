@@ -1,15 +1,13 @@
 """Dear ImGui over the window's picture: set-up, input and style. panel.py has the content."""
 
 import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import glfw
 
 from ..draw.context import Context
-
-if TYPE_CHECKING:  # slow imports, for which the greeting does not wait
-    from .panel import Panel
 
 WIDTH = 300
 """Of the panel, in window coordinates at scale 1."""
@@ -98,12 +96,12 @@ class Gui:
         """Return whether the window has room for a panel beside the picture."""
         return bool(glfw.get_window_size(self._window)[0] >= 2 * WIDTH * self._ui_scale())
 
-    def build(self, panel: "Panel", area: tuple[int, int]) -> None:
+    def build(self, draw: Callable[[tuple[int, int], float], list[Place]], area: tuple[int, int]) -> None:
         """Make the next frame, and apply the user's input; the context must be current.
 
-        area: (width, height) of the picture, framebuffer pixels.
+        draw: `Panel.draw`. area: (width, height) of the picture, framebuffer pixels.
         """
-        self._covered = panel.draw(area, self._begin())
+        self._covered = draw(area, self._begin())
         self._popup = self.imgui.is_popup_open("", self.imgui.PopupFlags_.any_popup)
         self.imgui.render()
         self._frames_left = max(0, self._frames_left - 1)

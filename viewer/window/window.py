@@ -118,7 +118,7 @@ class Window:
         self.viewer.stale = False
         with self.context as gl:
             if self.gui is not None and self._panel is not None:
-                self.gui.build(self._panel, self.area[2:])
+                self.gui.build(self._panel.draw, self.area[2:])
             x, y, width, height = self.area
             gl.screen.use()
             self.viewer.drawing.picture.show((x, y), (width, height), self.viewer.view.split is not None)
