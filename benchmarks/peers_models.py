@@ -25,7 +25,7 @@ from mplicits.trainer import settings
 from mplicits.trainer.progress import TrainingBar
 from mplicits.trainer.settings import PRESETS, Settings
 from mplicits.trainer.shapes.shape import Shape
-from mplicits.trainer.suited_omegas import with_suited_omegas
+from mplicits.trainer.suited_omegas import suited_omegas
 from mplicits.trainer.train import Training
 from mplicits.web import tiny_page
 from mplicits.web.weights import short_weights
@@ -110,7 +110,7 @@ def ours(shape: Shape, name: str, shelf: Shelf) -> Iterator[Named]:
 
 def _trained(shape: Shape, chosen: Settings) -> Model:
     """Train as `mplicits train` does."""
-    suited = with_suited_omegas(shape, chosen)
+    suited = replace(chosen, omegas=suited_omegas(shape, chosen.networks))
     return Training(shape, suited, TrainingBar(quiet=True), components=loose_components).run()
 
 
