@@ -218,10 +218,9 @@ def _scripts(studio: Studio | None) -> Scripts:
 
 
 def _shaders(page: Page, scripts: Scripts) -> dict[str, str]:
-    """Return the shaders in short. Those of OWN_NAMES keep all names, the others those in texts beside them."""
+    """Return the shaders in short. Those of OWN_NAMES keep all names, the others those in the viewer's scripts."""
     texts = {name: short_shader(text) for name, text in page.shaders.items()}
-    kept = [facts_json(page.facts), *(texts[name] for name in OWN_NAMES), scripts.viewer, scripts.studio, scripts.entry]
-    kept += [each.content for each in (page.studio or Studio()).elements if isinstance(each.content, str)]
+    kept = [facts_json({}), *(texts[name] for name in OWN_NAMES), scripts.viewer, scripts.entry]
     short = short_names({name: text for name, text in texts.items() if name not in OWN_NAMES}, "\n".join(kept))
     return texts | short
 

@@ -17,12 +17,13 @@ TRAINING = tuple(name for name in modules("training.js", "workers.js", "model_fi
 WORKER = modules("worker.js")[:-1]
 """Modules of a worker, without what starts it."""
 BYTES = """
-window.bytesOf = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer;
 window.textOf = (array) => {
     const bytes = new Uint8Array(array.buffer ?? array, array.byteOffset, array.byteLength), parts = [];
     for (let i = 0; i < bytes.length; i += 8184) parts.push(String.fromCharCode(...bytes.subarray(i, i + 8184)));
     return btoa(parts.join(""));
 };
+window.bytesOf = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer;
+0; // evaluate() would call a function
 """
 """Defines the inverses of `packed` and `unpacked`, in the page."""
 

@@ -142,7 +142,7 @@ def test_a_watched_file_is_reloaded_unless_it_does_not_compile(
     np.testing.assert_array_equal(picture_of(viewer), before)
     path.write_text(
         good.replace(
-            "color.rgb = surface(normal, direction, t, ray.steps, ray.hit, color.rgb)",
+            "color.rgb = surface_color(normal, direction, t, ray.steps, ray.hit, color.rgb)",
             "color = vec4(1.0, 0.0, 0.0, 1.0)",
         )
     )
