@@ -2,6 +2,7 @@
 
 import ctypes
 import os
+import pwd
 import shutil
 import subprocess
 import sys
@@ -197,6 +198,14 @@ def test_a_full_disk_turns_the_shader_cache_off(
     assert all((name in os.environ) == off for name in shader_cache.OFF)
     for name in shader_cache.OFF:
         os.environ.pop(name, None)
+
+
+def test_the_folder_of_the_shader_cache_is_mesa_s(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """A user without a folder, such as nobody, has no cache, even where HOME names one: Mesa would print a line."""
+    monkeypatch.delenv("MESA_SHADER_CACHE_DIR", raising=False)
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert shader_cache._folder() == Path(pwd.getpwuid(os.getuid()).pw_dir, ".cache")
 
 
 @pytest.mark.parametrize("kind", ["egl", "osmesa", "auto"])

@@ -87,8 +87,9 @@ def test_a_window_opens_before_slow_imports_and_closes_on_bad_options(
     assert imported == [], "they take longer than to open a window"
     assert corner == [255, 128, 0]
     assert (colors > 10) == notice, "a notice lies on the background"
-    (line,) = done.stderr.splitlines()
-    assert reason in line
+    lines = done.stderr.splitlines()
+    assert len(lines) == 1, done.stderr
+    assert reason in lines[0]
 
 
 EVENTS = """

@@ -31,4 +31,14 @@ def guard_shader_cache() -> None:
 def _folder() -> Path:
     """Return the folder of the cache, which may not exist."""
     named = os.environ.get("MESA_SHADER_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME")
-    return Path(named) if named else Path(os.path.expanduser("~"), ".cache")
+    return Path(named) if named else Path(_home(), ".cache")
+
+
+def _home() -> str:
+    """Return the user's folder. Mesa takes it from the system's list of users, whatever HOME says."""
+    try:
+        import pwd
+
+        return pwd.getpwuid(os.getuid()).pw_dir
+    except (ImportError, KeyError):
+        return os.path.expanduser("~")
