@@ -127,6 +127,7 @@ def open_window(size: tuple[int, int] = (16, 16), title: str = "mplicits", visib
         lambda _, text: messages.append(text.decode(errors="replace") if isinstance(text, bytes) else str(text))
     )
     window = None
+    guard_shader_cache()
     if glfw.init():
         glfw.default_window_hints()
         for hint, value in (
