@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass, field
 from typing import Any
 
+from .. import glsl
 from ..codegen.targets.baked import Baked
 from ..model import page_style
 from ..model.version import installed_version
@@ -26,6 +27,8 @@ DESCRIPTION = "A shape as a neural network: drag to turn it."
 PALETTES = {"dark": page_style.variables(page_style.DARK), "light": page_style.variables(page_style.LIGHT)}
 SHADER = "x-shader/x-fragment"
 """Type of a script element with GLSL."""
+PREVIEW = "preview.glsl"
+"""The studio's shader of a dropped shape."""
 OWN_NAMES = ("prologue", "shadertoy.glsl")
 """Elements with GLSL from which scripts make texts for users."""
 
@@ -218,9 +221,12 @@ def _scripts(studio: Studio | None) -> Scripts:
 
 
 def _shaders(page: Page, scripts: Scripts) -> dict[str, str]:
-    """Return the shaders in short. Those of OWN_NAMES keep all names, the others those in the viewer's scripts."""
+    """Return the shaders in short. Those of OWN_NAMES keep all names, the others those in the viewer's scripts.
+
+    The studio's preview includes some of them. Its names are kept in every page, so that an exported page is Python's.
+    """
     texts = {name: short_shader(text) for name, text in page.shaders.items()}
-    kept = [facts_json({}), *(texts[name] for name in OWN_NAMES), scripts.viewer, scripts.entry]
+    kept = [facts_json({}), *(texts[name] for name in OWN_NAMES), scripts.viewer, scripts.entry, glsl.read(PREVIEW)]
     short = short_names({name: text for name, text in texts.items() if name not in OWN_NAMES}, "\n".join(kept))
     return texts | short
 
