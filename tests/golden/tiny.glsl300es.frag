@@ -295,7 +295,7 @@ const int SCHEDULE_RELAXED = 1;
 // Reads delta[], iterations[], step_bound[], band_step_bound[] (one per level), field(), half_width(), skip() and NEAR. The
 // bounds are factors on a level's steps: 1 if full steps never cross the surface, less if f exceeds the distance.
 //
-// Two additions to the paper's scheme prevent holes (benchmarks/holes.py). A ray that leaves a band without a hit returns
+// Two additions to the paper's scheme prevent holes (docs/lessons.md). A ray that leaves a band without a hit returns
 // to the coarser level, and passes through the levels again: hence rounds. And a band's offset surface is traced at
 // half-width / 1.3, where delta / 1.3 = max |f_i(x_j)| (Eq. 5), so that a ray crosses the band's border in finitely many
 // steps. A ray ends if it starts inside the shape or moves behind the eye. A ray stops within 1/20 pixel of the surface;

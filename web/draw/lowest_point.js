@@ -1,7 +1,8 @@
 import {shared} from "../model/facts.js";
 import {fieldValue, widenedValues} from "../print/reference.js";
 
-// Finds the height of a model's lowest point at time 0, for the floor of the shading softbox, as field/lowest.py on a coarser grid,
+// Finds the height of a model's lowest point at time 0, for the floor of the shading softbox, as field/lowest.py on a
+// coarser grid,
 // layer by layer from the bottom. Without a surface, it is -1.
 const LAYERS = 32;
 const MORE = 2; // layers searched above the first layer with the surface

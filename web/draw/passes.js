@@ -1,14 +1,15 @@
 import {shared} from "../model/facts.js";
 import {gridOf} from "./cells.js";
 
-// Draws one sample of a rectangle of pixels with a variant's programs, step after step (FRAME in codegen/targets/shader.py).
+// Draws one sample of a rectangle of pixels with a variant's programs, step after step (FRAME in
+// codegen/targets/shader.py).
 /** @import {Device} from "./device.js"
  * @import {Tile} from "./painter.js"
  * @import {Uniforms} from "./uniforms.js" */
 const CELL_UNIT = 1; // texture unit of the grid of cells; unit 0 is the default
 export const POINTS_UNIT = 2; // texture unit of the points of packed samples
-// Texture units of the passes' targets. rays: of mask_near.glsl and trace.glsl; normals: of gradient.glsl before trace.glsl;
-// late_normals: of gradient.glsl after it; mask: of a pass in blocks; floor_light: of floor.glsl.
+// Texture units of the passes' targets. rays: of mask_near.glsl and trace.glsl; normals: of gradient.glsl before
+// trace.glsl; late_normals: of gradient.glsl after it; mask: of a pass in blocks; floor_light: of floor.glsl.
 const READ_UNITS = {rays: 3, normals: 4, late_normals: 5, mask: 6, floor_light: 7};
 const BLOCK = 2; // pixels along the side of a block (blocks.vert.glsl)
 const IN_BLOCKS = ["gradient", "trace", "color"]; // passes that draw only where an earlier pass set the mask
